@@ -187,13 +187,15 @@ fn telling<'a>(
 }
 
 impl ChosenFields {
-    /// Returns the section about one job, of a page with so many jobs.
-    pub(super) fn section(self, jobs: usize) -> PageSection {
-        let with = self.keys.len();
+    /// Returns the section about one job, of a page with so many rows.
+    pub(super) fn section(self, rows: usize) -> PageSection {
+        let keys: Vec<&str> = self.keys.iter().map(|key| key.get(..8).unwrap_or(key)).collect();
+        let with = if keys.is_empty() { String::new() } else { format!(" ({})", keys.join(", ")) };
         let mut blocks = vec![PageBlock::Words(format!(
             "The job that is chosen in a figure or in the table is shown here. The page has the \
-             fields of {with} of {}; for another job the command that adds its fields is shown.",
-            count(jobs, "job", "jobs")
+             fields of {} of {}{with}; for another job the command that adds its fields is shown.",
+            keys.len(),
+            count(rows, "row", "rows")
         ))];
         blocks.extend(self.left_out.into_iter().map(PageBlock::Words));
         blocks.push(PageBlock::Maps(self.maps));

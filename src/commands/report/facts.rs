@@ -43,8 +43,11 @@ pub(super) fn before(
             count(rows.len(), "point", "points")
         )));
     }
-    blocks.extend(answers(results)?);
-    blocks.extend(ranges(results, rows)?.into_iter().map(PageBlock::Words));
+    let answers = answers(results)?;
+    if answers.is_empty() {
+        blocks.extend(ranges(results, rows)?.into_iter().map(PageBlock::Words));
+    }
+    blocks.extend(answers);
     for warning in results.warnings() {
         blocks.push(PageBlock::Warning(format!("Warning: {}.", warning.words)));
         let steps = warning.steps.then_some("--steps");
@@ -154,7 +157,7 @@ fn failures(rows: &JobRows<'_>) -> Result<PageSection> {
         columns.push(TableColumn::new("command", ""));
         let lines = told.rows().iter().zip(failed.rows()).map(|(told, row)| {
             let key = if let Cell::Text(key) = &row[key] { key.as_str() } else { "" };
-            let command = Cell::Text(wording::command(["show", key]));
+            let command = Cell::Text(wording::command(["show", key.get(..12).unwrap_or(key)]));
             told.iter().cloned().chain([command]).collect()
         });
         let table = DataTable::new(columns, lines.collect())?;
@@ -227,6 +230,11 @@ fn largest(numbers: &[(usize, f64)]) -> Option<(usize, f64)> {
     numbers.iter().copied().rev().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
 }
 
+/// Returns a residual or an error with two digits.
+fn rounded(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
+}
+
 /// Lists the largest figure of each certificate.
 fn certificates(rows: &JobRows<'_>) -> Result<Vec<PageBlock>> {
     let line = |column: &Column| {
@@ -234,7 +242,7 @@ fn certificates(rows: &JobRows<'_>) -> Result<Vec<PageBlock>> {
         Some([
             column.name.to_string(),
             column.meaning.to_owned(),
-            format!("{x:.1e} {}", column.unit()).trim_end().to_owned(),
+            format!("{} {}", rounded(x), column.unit()).trim_end().to_owned(),
             rows.place(row),
         ])
     };
@@ -261,8 +269,8 @@ fn estimates(rows: &JobRows<'_>) -> Result<Vec<PageBlock>> {
         Some([
             column.name.to_string(),
             column.meaning.to_owned(),
-            format!("{middle:.1e}"),
-            format!("{x:.1e}"),
+            rounded(middle),
+            rounded(x),
             rows.place(row),
         ])
     };

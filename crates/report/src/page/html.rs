@@ -37,7 +37,7 @@ impl Page {
                         sections += &format!(
                             "<div class=\"figure\" data-figure=\"{}\"><div class=\"scroll\">{}</div></div>\n",
                             figures.len() - 1,
-                            sketch.svg.trim_end()
+                            visible(sketch.svg.trim_end())
                         );
                     }
                     PageBlock::Jobs(table) => jobs = table.json(),

@@ -65,6 +65,7 @@
     svg.setAttribute("aria-label", `${name}. Arrow keys go from point to point.`);
     // A title would cover the values with a bubble of its own.
     title.remove();
+    svg.style.setProperty("--natural", `${svg.width.baseVal.value}px`);
     svg.setAttribute("role", "application");
     svg.setAttribute("tabindex", "0");
     const tip = box.appendChild(make("div", { class: "tip", role: "status" }));
@@ -154,8 +155,9 @@
     function markChosen(row) {
       chosenMarks.splice(0).forEach(old => old.remove());
       const wanted = spots.filter(spot => row !== null && spot.row === row && !off.has(spot.entry));
-      for (const spot of wanted.slice(0, 200)) {
-        const ring = make("circle", { class: "spot chosen", r: 7, cx: spot.left, cy: spot.top });
+      const [look, r] = wanted.length > 8 ? ["spot chosen many", 3.5] : ["spot chosen", 7];
+      for (const spot of wanted.slice(0, 500)) {
+        const ring = make("circle", { class: look, r, cx: spot.left, cy: spot.top });
         svg.append(ring);
         chosenMarks.push(ring);
       }
@@ -411,8 +413,8 @@
       bar.style.height = `${height}px`;
       bar.style.marginRight = map.names ? "0" : "5rem";
       const readout = make("p", { class: "readout", role: "status", id: "map-readout" });
-      const step = map.names || map.data === "" ? "" : ` Values are in steps of ${
-        words((map.high - map.low) / (2 ** map.bits - 2))}.`;
+      const step = map.names || map.data === "" ? "" : ` The page holds it in steps of ${
+        quantity(Number(((map.high - map.low) / (2 ** map.bits - 2)).toPrecision(2)), map.unit)}.`;
       const rest = `${map.name} from ${words(map.low)} to ${words(map.high)}.${step}`;
       readout.textContent = map.names ? "" : rest;
       const section = make("svg", { class: "section-plot", id: "section", viewBox: "0 0 400 250",
