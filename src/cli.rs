@@ -73,7 +73,7 @@ pub(crate) enum Command {
         after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot cattaneo-loop --figure loss --output loss.svg\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg\n  tribosweep plot wheel-on-rail --y hertz_a,hertz_b\n\n--x, --y, --series, --panels, --steps, --log-x and --log-y change one figure: that of --figure, else the study's first."
     )]
     Plot(PlotArgs),
-    /// Write one page of HTML that holds a study: answer, figures, table, fields, failures, provenance
+    /// Write one page of HTML about a study: answer, figures, table, fields, failures, provenance
     #[command(
         after_help = "Examples:\n  tribosweep report stick-zone\n  tribosweep report stick-zone --where 'mu > 0.3' --output rough.html\n  tribosweep report stick-zone --fields 3fa9c1,77b02e     with the fields of these jobs\n  tribosweep report stick-zone --fields 0     without fields\n\nThe page opens offline, asks nobody for anything and can be mailed. The same results give the same bytes."
     )]

@@ -1,4 +1,4 @@
-//! What a report says in sentences and tables.
+//! The sentences and tables of a report.
 
 use std::collections::BTreeMap;
 

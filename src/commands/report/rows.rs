@@ -54,7 +54,9 @@ impl<'r> JobRows<'r> {
 
     /// Returns the keys of the jobs by row.
     pub(super) fn keys(&self) -> Vec<&str> {
-        let key = |cell| if let &Cell::Text(ref key) = cell { key.as_str() } else { "" };
+        fn key(cell: &Cell) -> &str {
+            if let Cell::Text(key) = cell { key } else { "" }
+        }
         self.cells("key").map(key).collect()
     }
 

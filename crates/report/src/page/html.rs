@@ -113,7 +113,7 @@ fn markup(text: &str) -> String {
 /// Returns sentences for a place between tags; what stands between backquotes is set as code.
 fn prose(text: &str) -> String {
     let parts: Vec<&str> = text.split('`').collect();
-    if parts.len() % 2 == 0 {
+    if parts.len().is_multiple_of(2) {
         return markup(text);
     }
     let part = |(i, part): (usize, &&str)| match i % 2 {

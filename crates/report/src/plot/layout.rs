@@ -31,8 +31,8 @@ impl PlotFigure {
     }
 
     /// Draws the figure as [`svg`](PlotFigure::svg) does, with what a page needs to answer a
-    /// pointer: the parts of each legend entry are groups with the attribute `data-entry`, its place
-    /// in the legend one with `data-legend`, and every point is listed.
+    /// pointer: the parts of each legend entry are groups with the attribute `data-entry`, its
+    /// place in the legend one with `data-legend`, and every point is listed.
     pub fn sketch(&self) -> FigureSketch {
         self.draw(true)
     }

@@ -1,7 +1,5 @@
 //! A drawn figure with what a page needs to answer a pointer.
 
-use super::canvas::PlotPoint;
-
 /// A figure as SVG whose points are known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FigureSketch {
@@ -36,9 +34,9 @@ pub struct FigureSpot {
     /// The index of the legend's entry that it belongs to.
     pub entry: usize,
     /// The place in the picture, in pixels from its upper left corner.
-    pub place: PlotPoint,
+    pub place: (f64, f64),
     /// The values in SI units.
-    pub values: PlotPoint,
+    pub values: (f64, f64),
     /// The row of the table that it comes from, if it comes from one.
     pub row: Option<usize>,
 }
