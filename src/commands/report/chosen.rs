@@ -89,8 +89,8 @@ pub(super) fn fields(
     }
     if too_large > 0 {
         chosen.left_out.push(format!(
-            "The page has no room for the fields of {} more.",
-            count(too_large, "job", "jobs")
+            "The page has no room for the fields of {}.",
+            count(too_large, "more job", "more jobs")
         ));
     }
     Ok(chosen)
@@ -162,9 +162,10 @@ fn telling<'a>(
     let mut ranked: Vec<usize> = candidates.first().into_iter().copied().collect();
     ranked.extend(candidates.last());
     let figures = rows.results.figures().unwrap_or_default();
+    let is_candidate: BTreeSet<usize> = candidates.iter().copied().collect();
     for name in figures.iter().flat_map(|figure| &figure.y) {
         let numbers: Vec<(usize, f64)> =
-            rows.numbers(name).into_iter().filter(|(row, _)| candidates.contains(row)).collect();
+            rows.numbers(name).into_iter().filter(|(row, _)| is_candidate.contains(row)).collect();
         let by_value = |a: &&(usize, f64), b: &&(usize, f64)| a.1.total_cmp(&b.1);
         // Of equal values the first counts, whether they are least or largest.
         ranked.extend(numbers.iter().min_by(by_value).map(|(row, _)| *row));

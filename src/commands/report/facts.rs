@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use answers::effects::missing_surface;
 use answers::{AnswerTable, Progress, Results};
 use anyhow::Result;
+use contact::punch::Surfaces;
 use report::{Cell, DataTable, PageBlock, PageSection, TableColumn, TableError, quantity_words};
-use study::Column;
 use study::columns::Role;
 use study::job::PHYSICS_VERSION;
 use study::provenance::median;
+use study::{Column, StudyPoint};
 
 use super::rows::JobRows;
 use crate::effect_text::effect_table;
@@ -88,7 +90,8 @@ fn sentence(words: &str) -> String {
 /// Says between which values the quantities of the figures lie.
 fn ranges(results: &Results<'_>, rows: &JobRows<'_>) -> Result<Vec<String>> {
     let mut named: Vec<&String> = Vec::new();
-    for name in results.figures()?.iter().filter(|figure| !figure.steps).flat_map(|f| &f.y) {
+    let figures = results.figures()?.iter().filter(|figure| !figure.steps);
+    for name in figures.flat_map(|figure| figure.y.iter().chain(figure.band.iter().flatten())) {
         if !named.contains(&name) {
             named.push(name);
         }
@@ -414,7 +417,9 @@ fn reproduction(results: &Results<'_>) -> Result<PageSection> {
         PageBlock::Command(wording::command(["report", name])),
     ];
     let mut files: Vec<String> = Vec::new();
-    for point in results.points() {
+    // Most jobs name no file, and to lay out each of many takes its time.
+    let names_file = |point: &&StudyPoint| missing_surface(&point.job, &Surfaces::new()).is_some();
+    for point in results.points().iter().filter(names_file) {
         if files.len() >= MOST_ROWS {
             break;
         }

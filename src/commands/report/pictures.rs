@@ -8,7 +8,6 @@ use report::{PageBlock, PageFigure, PageSection};
 
 use super::rows::JobRows;
 use crate::figures::{PicturedFigure, nothing_varies, pictured};
-use crate::output;
 
 /// The bytes of a figure, and of all together, that answer the pointer; others are pictures.
 const SKETCH: usize = 350_000;
@@ -45,7 +44,6 @@ pub(super) fn section(
             Ok(pictured) => pictured,
             Err(error) => {
                 let sentence = format!("The figure {} is missing: {error:#}.", figure.name);
-                output::say(&sentence);
                 blocks.push(PageBlock::Warning(sentence.clone()));
                 left_out.push(sentence);
                 continue;

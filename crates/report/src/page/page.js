@@ -301,7 +301,7 @@
     if (map.names) return data.colors.states[x];
     if (Number.isNaN(x)) return null;
     const scale = map.signed ? data.colors.signed : data.colors.plain;
-    const [low, high] = map.shade;
+    const [low, high] = map.data === "" ? [map.low, map.low] : map.shade;
     const share = high > low ? (x - low) / (high - low) : 0;
     return scale[Math.max(0, Math.min(scale.length - 1, Math.round(share * (scale.length - 1))))];
   }
@@ -402,7 +402,8 @@
       plate.style.width = `${width}px`;
       plate.style.height = `${height}px`;
       const bar = make("div", { class: "bar" });
-      if (map.names) bar.style.visibility = "hidden";
+      const isFlat = map.data === "";
+      if (map.names || isFlat) bar.style.visibility = "hidden";
       else {
         const scale = map.signed ? data.colors.signed : data.colors.plain;
         bar.style.background = `linear-gradient(to top, ${scale.map(rgb => `#${rgb}`).join(",")})`;
@@ -413,9 +414,10 @@
       bar.style.height = `${height}px`;
       bar.style.marginRight = map.names ? "0" : "5rem";
       const readout = make("p", { class: "readout", role: "status", id: "map-readout" });
-      const step = map.names || map.data === "" ? "" : ` The page holds it in steps of ${
+      const step = map.names || isFlat ? "" : ` The page holds it in steps of ${
         quantity(Number(((map.high - map.low) / (2 ** map.bits - 2)).toPrecision(2)), map.unit)}.`;
-      const rest = `${map.name} from ${words(map.low)} to ${words(map.high)}.${step}`;
+      const rest = isFlat ? `The ${map.name} is ${words(map.low)} everywhere.`
+        : `The ${map.name} runs from ${words(map.low)} to ${words(map.high)}.${step}`;
       readout.textContent = map.names ? "" : rest;
       const section = make("svg", { class: "section-plot", id: "section", viewBox: "0 0 400 250",
         width: 400, height: 250, role: "img" });
@@ -442,8 +444,8 @@
       }
       function drawSection(along, index, name) {
         const count = along === 0 ? job.nx : job.ny;
-        const low = map.names ? 0 : Math.min(map.shade[0], 0);
-        const high = map.names ? map.names.length - 1 : Math.max(map.shade[1], 0);
+        const [least, most] = isFlat ? [map.low, map.low] : map.names ? [0, map.names.length - 1] : map.shade;
+        const [low, high] = [Math.min(least, 0), Math.max(most, 0)];
         const frame = { x: 74, y: 26, width: 314, height: 176 };
         const place = (i, x) => [frame.x + (frame.width * (i + 0.5)) / count,
           frame.y + frame.height * (high > low ? (high - x) / (high - low) : 0.5)];
