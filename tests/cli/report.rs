@@ -222,3 +222,25 @@ fn a_thousand_jobs_fit_into_three_megabytes() {
         assert!(sentence.as_str().unwrap().ends_with('.'), "{sentence}");
     }
 }
+
+#[test]
+fn fields_that_have_no_room_are_said_and_come_when_they_are_asked_for() {
+    let study = SMALL
+        .replace("mesh = 6", "mesh = 900\ntolerance = 1e-3")
+        .replace("friction.mu = 0.3\n", "")
+        .replace("friction.mu = [0.05, 0.2, 0.6]\n", "")
+        .replace("[0.0, 0.3]", "[0.3]")
+        .replace("x = \"mu\"", "x = \"poisson\"")
+        .replace("series = [\"poisson\"]", "")
+        .replace("y = \"stick_fraction\"", "y = \"load\"");
+    let place = Place::with("small.toml", study);
+    assert_eq!(place.call("run small.toml --workers 1").code, 0);
+    let usual = place.json("report small --json");
+    assert_eq!(usual["fields"], json!([]));
+    assert_eq!(usual["left_out"], json!(["The page has no room for the fields of 1 more job."]));
+    assert!(page(&place, "small.html").contains("no room for the fields of 1 more job."));
+    assert!(usual["bytes"].as_u64().unwrap() < 3_000_000);
+    let asked = place.json(&format!("report small --json --fields {}", &place.keys()[0][..8]));
+    assert_eq!(asked["fields"], json!(place.keys()));
+    assert_eq!(asked["left_out"], json!([]));
+}

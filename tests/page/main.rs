@@ -8,6 +8,7 @@ mod browser;
 use std::fs;
 use std::io::Write;
 use std::process::{Command, Stdio};
+use std::sync::Once;
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -52,8 +53,11 @@ impl ReportPlace {
 fn browser() -> Option<Browser> {
     let browser = Browser::start();
     if browser.is_none() {
-        // What is written so is seen although the test passes.
-        let _ = writeln!(std::io::stderr(), "skipped: the page is not tested without chromium");
+        static SAID: Once = Once::new();
+        SAID.call_once(|| {
+            // What is written so is seen although the tests pass.
+            let _ = writeln!(std::io::stderr(), "skipped: the page is not tested without chromium");
+        });
     }
     browser
 }

@@ -352,16 +352,17 @@ fn provenance(results: &Results<'_>, rows: &JobRows<'_>) -> Result<PageSection> 
     let mut shares: BTreeMap<(String, u32), VersionShare> = BTreeMap::new();
     let mut seen = std::collections::HashSet::new();
     let workers: Vec<Option<f64>> = rows.cells("worker").map(Cell::number).collect();
+    let (programs, times) = (rows.texts("program"), rows.texts("finished"));
     for (row, key) in rows.keys().into_iter().enumerate() {
         let Some(physics) = physics.get(key).copied().filter(|_| seen.insert(key)) else {
             continue;
         };
-        let program = rows.text(row, "program").to_owned();
+        let program = programs.get(row).copied().unwrap_or_default().to_owned();
         let share = shares.entry((program, physics)).or_default();
         share.jobs += 1;
         let worker = workers.get(row).copied().flatten();
         share.workers.extend(worker.map(|worker| worker as i64));
-        let finished = rows.text(row, "finished");
+        let finished = times.get(row).copied().unwrap_or_default();
         if !finished.is_empty() {
             if share.first.is_empty() || finished < share.first.as_str() {
                 share.first = finished.to_owned();

@@ -44,23 +44,20 @@ impl<'r> JobRows<'r> {
         self.cells(name).enumerate().filter_map(finite).collect()
     }
 
-    /// Returns the text in a column of a row; empty if it has none.
-    pub(super) fn text(&self, row: usize, name: &str) -> &str {
-        match self.cells(name).nth(row) {
-            Some(Cell::Text(text)) => text,
-            _ => "",
+    /// Returns the texts in a column by row, empty where there is none.
+    pub(super) fn texts(&self, name: &str) -> Vec<&str> {
+        fn text(cell: &Cell) -> &str {
+            if let Cell::Text(text) = cell { text } else { "" }
         }
+        self.cells(name).map(text).collect()
     }
 
     /// Returns the keys of the jobs by row.
     pub(super) fn keys(&self) -> Vec<&str> {
-        fn key(cell: &Cell) -> &str {
-            if let Cell::Text(key) = cell { key } else { "" }
-        }
-        self.cells("key").map(key).collect()
+        self.texts("key")
     }
 
-    /// Returns the columns of a role that have a value.
+    /// Iterates over the columns of a role.
     pub(super) fn of_role(&self, role: Role) -> impl Iterator<Item = &Column> {
         self.columns.iter().filter(move |column| column.role == role)
     }

@@ -27,7 +27,7 @@ impl JobMaps {
         let bits = if nx * ny > FINELY_CODED { 8 } else { 16 };
         let maps: Vec<Value> = fields.iter().map(|field| map(field, bits)).collect();
         let json = json!({
-            "key": key,
+            "key": visible(key),
             "notes": notes.iter().map(|note| visible(note)).collect::<Vec<_>>(),
             "nx": nx,
             "ny": ny,
