@@ -79,6 +79,11 @@ pub(crate) enum Command {
         after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot cattaneo-loop --figure loss --output loss.svg\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg\n  tribosweep plot wheel-on-rail --y hertz_a,hertz_b\n\n--x, --y, --series, --panels, --steps, --log-x and --log-y change one figure: that of --figure, else the study's first."
     )]
     Plot(PlotArgs),
+    /// Write one page of HTML about a study: answer, figures, table, fields, failures, provenance
+    #[command(
+        after_help = "Examples:\n  tribosweep report stick-zone\n  tribosweep report stick-zone --where 'mu > 0.3' --output rough.html\n  tribosweep report stick-zone --fields 3fa9c1,77b02e     with the fields of these jobs\n  tribosweep report stick-zone --fields 0     without fields\n\nThe page opens offline, asks nobody for anything and can be mailed. The same results give the same bytes."
+    )]
+    Report(ReportArgs),
     /// Solve one scene, here and now, in this process; nothing is stored
     #[command(
         after_help = "Examples:\n  tribosweep solve sweeps/sphere.toml\n  tribosweep solve sweeps/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state"
@@ -401,6 +406,57 @@ pub(crate) struct PlotArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) store: StoreArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct ReportArgs {
+    /// Name of the study
+    pub(crate) name: String,
+    /// Keep the jobs for which this holds, for example 'mu > 0.3 && mesh == 32'
+    #[arg(long = "where", value_name = "EXPRESSION")]
+    pub(crate) filter: Option<String>,
+    /// The jobs whose fields the page has: keys, or their first characters, separated by commas, or
+    /// how many at most, from 0 to 999 [default: a handful that tell most]
+    #[arg(long, value_name = "KEYS|N", value_parser = FieldChoice::parse)]
+    pub(crate) fields: Option<FieldChoice>,
+    /// File to write [default: NAME.html in the current directory]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print JSON: the file, its size, the jobs whose fields it has, what it leaves out
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
+}
+
+/// The jobs whose fields a page has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum FieldChoice {
+    /// At most so many, which tell most.
+    Count(usize),
+    /// The jobs whose keys begin so.
+    Keys(Vec<String>),
+}
+
+impl FieldChoice {
+    /// Parses a count of at most three digits, or beginnings of keys.
+    fn parse(text: &str) -> Result<Self, String> {
+        let is_digits = text.bytes().all(|byte| byte.is_ascii_digit());
+        if let (true, 1..=3, Ok(count)) = (is_digits, text.len(), text.parse()) {
+            return Ok(Self::Count(count));
+        }
+        let keys: Vec<String> =
+            text.split(',').map(|key| key.trim().to_ascii_lowercase()).collect();
+        match keys.iter().find(|key| {
+            !(1..=64).contains(&key.len()) || !key.bytes().all(|byte| byte.is_ascii_hexdigit())
+        }) {
+            Some(key) => Err(format!(
+                "`{key}` is neither a number up to 999 nor the beginning of a key, which has \
+                 hexadecimal digits"
+            )),
+            None => Ok(Self::Keys(keys)),
+        }
+    }
 }
 
 #[derive(Args)]

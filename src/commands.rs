@@ -10,6 +10,7 @@ mod measured;
 mod plan;
 mod plot;
 mod query;
+mod report;
 mod resume;
 mod run;
 mod show;
@@ -36,6 +37,7 @@ pub(crate) fn run(command: Command) -> Result<Finish> {
         Command::Status(args) => status::status(&args),
         Command::Answer(args) => answer::answer(&args),
         Command::Query(args) => query::query(&args),
+        Command::Report(args) => report::report(&args),
         Command::Show(args) => show::show(&args),
         Command::Plot(args) => plot::plot(&args),
         Command::Solve(args) => solve::solve(&args),

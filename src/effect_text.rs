@@ -3,6 +3,8 @@
 use answers::effects::{EffectGroup, EffectLine, Overview, Prediction, SolverChoice};
 use contact::model::Method;
 
+use report::{Cell, DataTable, TableColumn, TableError};
+
 use crate::words::{count, duration};
 
 /// The most groups that are printed; the JSON has all.
@@ -69,12 +71,16 @@ pub(crate) fn effect_lines(
 }
 
 fn effect_line(line: &EffectLine, cost: Prediction) -> String {
-    let mut text = format!(
-        "  {:<15} {:<4} {}",
-        line.effect.name(),
-        if line.simulated { "on" } else { "off" },
-        line.reason
-    );
+    format!("  {:<15} {:<4} {}\n", line.effect.name(), on_or_off(line), why(line, cost))
+}
+
+fn on_or_off(line: &EffectLine) -> &'static str {
+    if line.simulated { "on" } else { "off" }
+}
+
+/// Returns the reason for an effect, and what leaving it out saves.
+fn why(line: &EffectLine, cost: Prediction) -> String {
+    let mut text = line.reason.clone();
     if line.reasons > 1 {
         text += &format!(" (and {})", count(line.reasons - 1, "other reason", "other reasons"));
     }
@@ -84,7 +90,23 @@ fn effect_line(line: &EffectLine, cost: Prediction) -> String {
             text += &format!("; saves {}", savings.join(", "));
         }
     }
-    text + "\n"
+    text
+}
+
+/// Returns the effects of a group of jobs as a table, after the method.
+pub(crate) fn effect_table(group: &EffectGroup) -> Result<DataTable, TableError> {
+    let SolverChoice { method, reason } = group.solver;
+    let row = |texts: [&str; 3]| texts.map(Cell::from).to_vec();
+    let solver = match method {
+        Method::Seidel => row(["method", "seidel", &format!("{reason}; it leaves out nothing")]),
+        Method::Newton | Method::Auto => row(["method", "newton", reason]),
+    };
+    let effects = group
+        .effects
+        .iter()
+        .map(|line| row([line.effect.name(), on_or_off(line), &why(line, group.cost)]));
+    let columns = ["effect", "simulated", "reason"].map(|name| TableColumn::new(name, ""));
+    DataTable::new(columns.to_vec(), [solver].into_iter().chain(effects).collect())
 }
 
 /// Returns what is saved by leaving an effect out, of the prediction `with` it.

@@ -52,20 +52,14 @@ fn field(fields: &Fields, name: &str) -> Result<Field> {
                 .collect(),
         )
     };
-    let traction: Vec<f64>;
+    let lengths =
+        |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x.hypot(*y)).collect() };
     let (unit, values) = match name {
         "pressure" => ("Pa", on_sole(&fields.pressure)),
         "traction_x" => ("Pa", on_sole(&fields.traction_x)),
         "traction_y" => ("Pa", on_sole(&fields.traction_y)),
-        "traction" => {
-            traction = fields
-                .traction_x
-                .iter()
-                .zip(&fields.traction_y)
-                .map(|(x, y)| x.hypot(*y))
-                .collect();
-            ("Pa", on_sole(&traction))
-        }
+        "traction" => ("Pa", on_sole(&lengths(&fields.traction_x, &fields.traction_y))),
+        "slip" => ("m", on_sole(&lengths(&fields.slip_x, &fields.slip_y))),
         "gap" => ("m", on_sole(&fields.gap)),
         "slip_x" => ("m", on_sole(&fields.slip_x)),
         "slip_y" => ("m", on_sole(&fields.slip_y)),
@@ -76,6 +70,12 @@ fn field(fields: &Fields, name: &str) -> Result<Field> {
         other => bail!("there is no field `{other}`"),
     };
     Ok(Field::new(name, unit, grid, values)?)
+}
+
+/// Returns the fields of a result that a page shows, of which the last one holds the states.
+pub(crate) fn page_fields(fields: &Fields) -> Result<Vec<Field>> {
+    let names = ["pressure", "traction", "gap", "slip", "state"];
+    names.into_iter().map(|name| field(fields, name)).collect()
 }
 
 /// Draws a field on standard output or writes it to a file by its ending.

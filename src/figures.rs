@@ -23,12 +23,16 @@ fn figure_files(stem: &Path) -> Vec<PathBuf> {
 /// its own: a link would lead to a file of somebody else, and a pipe would wait for a reader.
 pub(crate) fn own_files(stem: &Path) -> Result<Vec<PathBuf>> {
     let files = figure_files(stem);
-    for file in &files {
-        if std::fs::symlink_metadata(file).is_ok_and(|found| !found.is_file()) {
-            bail!("{} is something else than a file; remove it", file.display());
-        }
-    }
+    files.iter().try_for_each(|file| own_file(file))?;
     Ok(files)
+}
+
+/// Refuses what is there and no file of its own.
+pub(crate) fn own_file(file: &Path) -> Result<()> {
+    if std::fs::symlink_metadata(file).is_ok_and(|found| !found.is_file()) {
+        bail!("{} is something else than a file; remove it", file.display());
+    }
+    Ok(())
 }
 
 /// Draws a study's figure to files that end in .svg or .png, from the rows for which `filter`
@@ -40,15 +44,7 @@ pub(crate) fn draw(
     files: &[PathBuf],
 ) -> Result<Option<String>> {
     let drawn = || -> Result<Option<String>> {
-        let FigureRows { table, undrawn } = results.figure_rows(figure, filter)?;
-        let missing = undrawn.words();
-        let picture = match (picture(results.study(), &table, figure, missing.as_deref()), &missing)
-        {
-            (Err(error @ FigureError::NothingToDraw { .. }), Some(missing)) => {
-                return Err(anyhow!(error).context(missing.clone()));
-            }
-            (picture, _) => picture?,
-        };
+        let PicturedFigure { picture, missing, .. } = pictured(results, figure, filter)?;
         let svg = picture.svg();
         files.iter().try_for_each(|file| match file.extension().and_then(OsStr::to_str) {
             Some("svg") => write(file, svg.as_bytes()),
@@ -61,6 +57,31 @@ pub(crate) fn draw(
         [_, _, ..] => drawn().with_context(|| format!("figure `{}`", figure.name)),
         _ => drawn(),
     }
+}
+
+/// A figure with the rows that it was made of.
+pub(crate) struct PicturedFigure {
+    pub(crate) picture: PlotFigure,
+    pub(crate) table: DataTable,
+    /// The sentence about points that are missing, if some are.
+    pub(crate) missing: Option<String>,
+}
+
+/// Returns a study's figure of the rows for which `filter` holds.
+pub(crate) fn pictured(
+    results: &Results,
+    figure: &study::Figure,
+    filter: Option<&str>,
+) -> Result<PicturedFigure> {
+    let FigureRows { table, undrawn } = results.figure_rows(figure, filter)?;
+    let missing = undrawn.words();
+    let picture = match (picture(results.study(), &table, figure, missing.as_deref()), &missing) {
+        (Err(error @ FigureError::NothingToDraw { .. }), Some(missing)) => {
+            return Err(anyhow!(error).context(missing.clone()));
+        }
+        (picture, _) => picture?,
+    };
+    Ok(PicturedFigure { picture, table, missing })
 }
 
 /// Returns the figure of a table, with labels and units for its columns, and a note of what is

@@ -12,6 +12,7 @@ mod paths;
 mod place;
 mod proposed;
 mod refused;
+mod report;
 mod said;
 mod shards;
 mod store;
@@ -28,8 +29,7 @@ use crate::place::{Place, SMALL, redacted};
 #[test]
 fn help_says_what_can_be_asked() {
     let place = Place::empty();
-    let commands =
-        "run submit plan effects cost resume status answer query show plot solve store completions";
+    let commands = "run submit plan effects cost resume status answer query show plot report solve store completions";
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
     lines.extend(
@@ -83,6 +83,8 @@ fn mistakes_on_the_command_line_end_with_1() {
         &["query", "x"],
         &["show", "00"],
         &["plot", "x"],
+        &["report", "x"],
+        &["report", "x", "--fields", "wrong"],
         &["store", "verify"],
         &["store", "compact"],
     ];

@@ -1,8 +1,10 @@
 //! Fields: quantities on a grid, as maps, as characters and as files for other programs.
 //!
-//! The files read downwards: `quantity`, `color`, `key`, then one file for each form of output.
+//! The files read downwards: `quantity`, `color`, `key`, then one file for each form of output,
+//! `codes` for pages.
 //! They know axes, units and SVG, and neither tables nor charts.
 
+mod codes;
 mod color;
 mod export;
 mod key;
@@ -10,6 +12,7 @@ mod map;
 mod quantity;
 mod terminal;
 
+pub(crate) use codes::{FieldCodes, scales};
 pub use export::{VtiError, field_csv, vti};
 pub use quantity::{Field, FieldError, FieldGrid, Values};
 pub use terminal::TerminalInk;

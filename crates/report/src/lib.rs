@@ -10,6 +10,8 @@
 //!   between bounds, fitted lines ([`fit`]) and the front of the cheapest points
 //!   ([`pareto_front`]).
 //! - [`Field`] is a quantity on a uniform grid, drawn as a map or written as NPY, VTK or CSV.
+//! - [`Page`] is a page of HTML that holds words, tables, figures and fields, and asks nobody for
+//!   anything.
 //! - [`png`](fn@png) turns either kind of SVG into a PNG with a font of its own, so that it looks
 //!   the same everywhere.
 //!
@@ -39,6 +41,7 @@ mod filter;
 pub mod fit;
 mod font;
 mod number;
+mod page;
 mod palette;
 mod pareto;
 mod plot;
@@ -50,9 +53,13 @@ mod unit;
 
 pub use field::{Field, FieldError, FieldGrid, TerminalInk, Values, VtiError, field_csv, vti};
 pub use filter::FilterError;
+pub use page::{
+    JobColumn, JobMaps, JobTable, Page, PageBlock, PageFigure, PageSection, quantity_words,
+};
 pub use pareto::{NoisyPoint, pareto_front, pareto_front_within};
 pub use plot::{
-    BandPoint, FigureError, FigureSpec, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style,
+    BandPoint, FigureError, FigureSketch, FigureSpec, FigureSpot, PlotAxis, PlotBand, PlotFigure,
+    PlotPanel, Series, SketchAxis, Style,
 };
 pub use png::{PngError, png};
 pub use table::{Cell, DataTable, TableColumn, TableError, TerminalLayout, UnknownColumn};

@@ -2,8 +2,8 @@
 //!
 //! The files read downwards: `figure` says what a chart is; `error`, `spec`, `value_text` and
 //! `from_table` make one from a table; `canvas`, what is drawn on it (`band`, `front`, `slope`,
-//! `curve`, `names`), `legend`, `panel` and `layout` turn it into SVG. They know tables, fits, axes
-//! and SVG, and neither fields nor filters.
+//! `curve`, `names`), `legend`, `panel` and `layout` turn it into SVG, and `sketch` says where its
+//! points are. They know tables, fits, axes and SVG, and neither fields nor filters.
 
 mod band;
 mod canvas;
@@ -16,10 +16,12 @@ mod layout;
 mod legend;
 mod names;
 mod panel;
+mod sketch;
 mod slope;
 mod spec;
 mod value_text;
 
 pub use error::FigureError;
 pub use figure::{BandPoint, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
+pub use sketch::{FigureSketch, FigureSpot, SketchAxis};
 pub use spec::FigureSpec;

@@ -47,9 +47,37 @@ impl Anchor {
 #[derive(Debug, Default)]
 pub(crate) struct Drawing {
     body: String,
+    /// True if the parts that a page shows and hides are groups.
+    grouped: bool,
 }
 
 impl Drawing {
+    /// Makes an empty drawing; `grouped` says whether [`begin`](Drawing::begin) has an effect.
+    pub(crate) fn new(grouped: bool) -> Self {
+        Drawing { body: String::new(), grouped }
+    }
+
+    /// Begins a group with attributes, if the drawing is grouped.
+    pub(crate) fn begin(&mut self, attributes: std::fmt::Arguments<'_>) {
+        if self.grouped {
+            self.push(&format!("<g {attributes}>"));
+        }
+    }
+
+    /// Ends the group, if the drawing is grouped.
+    pub(crate) fn end(&mut self) {
+        if self.grouped {
+            self.push("</g>");
+        }
+    }
+
+    /// Adds an invisible rectangle that a pointer meets, if the drawing is grouped.
+    pub(crate) fn target(&mut self, rect: Rect) {
+        if self.grouped {
+            self.rect(rect, "transparent", "none", 0.0);
+        }
+    }
+
     /// Adds an element that is SVG already.
     pub(crate) fn push(&mut self, element: &str) {
         self.body.push_str(element);

@@ -41,6 +41,11 @@ impl PrefixedUnit {
         PrefixedUnit { name: format!("{prefix}{unit}"), exponent: 3 * step * power }
     }
 
+    /// Returns the power of ten by which SI values are divided.
+    pub(crate) fn exponent(&self) -> i32 {
+        self.exponent
+    }
+
     /// Returns an SI value in this unit.
     pub(crate) fn of_si(&self, x: f64) -> f64 {
         // Powers of ten up to 10²² are exact, their inverses are not.

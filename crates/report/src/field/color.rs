@@ -31,6 +31,11 @@ impl Shade {
         }
     }
 
+    /// Returns true if zero has a colour of its own.
+    pub(super) fn is_signed(&self) -> bool {
+        self.signed
+    }
+
     /// Returns the position of a value: 0 at the low limit, 1 at the high one.
     pub(super) fn fraction(&self, x: f64) -> f64 {
         ((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0)

@@ -1,6 +1,7 @@
 //! A panel in its place: the way from values to pixels.
 
 use super::figure::{PlotAxis, PlotPanel};
+use super::sketch::SketchAxis;
 use crate::axis::{AxisScale, DrawnAxis, TICK_SIZE, Ticks, drawable};
 use crate::font::shorten;
 use crate::svg::Rect;
@@ -63,6 +64,16 @@ impl PanelAxis {
         let ticks = Ticks { major, minor: Vec::new(), exponent: 0 };
         let drawn = DrawnAxis::new(scale, ticks, &axis.label, "");
         PanelAxis { drawn, unit: PrefixedUnit::plain("") }
+    }
+
+    /// Returns what the values along the axis mean.
+    pub(super) fn sketched(&self, axis: &PlotAxis) -> SketchAxis {
+        SketchAxis {
+            label: axis.label.clone(),
+            unit: self.unit.name.clone(),
+            exponent: self.unit.exponent(),
+            categories: axis.categories.clone(),
+        }
     }
 
     /// Returns the position of an SI value: 0 at the low end of the axis, 1 at the high end.

@@ -72,6 +72,9 @@ pub struct Series {
     /// The names beside points, by their index, as far as there is room: beside those of the front,
     /// or beside every point if there is no front. Empty for no name.
     pub names: Vec<String>,
+    /// The row of the table that each point comes from, by the index of the point, `None` at a gap;
+    /// empty if there is no table.
+    pub rows: Vec<Option<usize>>,
 }
 
 /// The area between two curves, e.g. between a lower and an upper bound.
@@ -85,6 +88,8 @@ pub struct PlotBand {
     pub joined: bool,
     /// The lines fitted to the lower and to the upper ends, as for a series.
     pub fits: [Option<Fit>; 2],
+    /// The row of the table that each point comes from, as for a series.
+    pub rows: Vec<Option<usize>>,
 }
 
 /// The two ends of a band at one x, all in SI units.

@@ -276,14 +276,16 @@ impl FigureSource<'_> {
     /// Makes the curve of the column with index `y` among those along y.
     fn curve(&self, rows: &[usize], group: usize, y: usize, label: String) -> Series {
         let values = &self.coordinates.y[y];
-        let points = rows.iter().map(|&row| (self.coordinates.x[row], values[row]));
-        let points: Vec<(f64, f64)> = match self.columns.along {
+        let drawn: Vec<Option<usize>> = match self.columns.along {
             Some(along) => {
                 let count = |row: usize| self.table.rows()[row][along].number();
-                paths(rows.iter().map(|&row| count(row)).zip(points))
+                paths(rows.iter().map(|&row| (count(row), row)))
             }
-            None => points.collect(),
+            None => rows.iter().copied().map(Some).collect(),
         };
+        let point = |row: usize| (self.coordinates.x[row], values[row]);
+        let points: Vec<(f64, f64)> =
+            drawn.iter().map(|row| row.map_or((f64::NAN, f64::NAN), point)).collect();
         let fit = self.fit(&points);
         let style = if fit.is_some() { Style::Markers } else { self.style(rows, y) };
         // With several columns for several values, the colour tells the value and the line the
@@ -307,6 +309,7 @@ impl FigureSource<'_> {
             fit,
             noise: self.columns.noise.map(noise).unwrap_or_default(),
             names: self.name_format.as_ref().map(name).unwrap_or_default(),
+            rows: drawn,
         }
     }
 
@@ -329,7 +332,8 @@ impl FigureSource<'_> {
         let fits = [low, high]
             .map(|end| self.fit(&rows.iter().map(|&row| (x[row], end[row])).collect::<Vec<_>>()));
         let joined = !self.coordinates.repeats(rows) && !self.coordinates.has_categories();
-        Some(PlotBand { label, points: points.collect(), joined, fits })
+        let rows = rows.iter().copied().map(Some).collect();
+        Some(PlotBand { label, points: points.collect(), joined, fits, rows })
     }
 
     /// Fits a line to points, if the figure has fitted lines.
@@ -354,16 +358,16 @@ fn common_unit(table: &DataTable, columns: &[usize]) -> Result<String, FigureErr
     }
 }
 
-/// Joins points, each with its count along a path, and leaves a gap between two paths.
-fn paths(points: impl Iterator<Item = (Option<f64>, (f64, f64))>) -> Vec<(f64, f64)> {
+/// Joins rows, each with its count along a path, and leaves a gap between two paths.
+fn paths(rows: impl Iterator<Item = (Option<f64>, usize)>) -> Vec<Option<usize>> {
     let mut joined = Vec::new();
     let mut before = None;
-    for (count, point) in points {
+    for (count, row) in rows {
         if before.is_some_and(|before| count <= before) {
-            joined.push((f64::NAN, f64::NAN));
+            joined.push(None);
         }
         before = Some(count);
-        joined.push(point);
+        joined.push(Some(row));
     }
     joined
 }

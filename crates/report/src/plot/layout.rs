@@ -3,6 +3,7 @@
 use super::canvas::{Canvas, PanelAxis, PlotPoint, has_place};
 use super::figure::{PlotBand, PlotFigure, PlotPanel};
 use super::legend::{Legend, LegendEntry, Sample};
+use super::sketch::FigureSketch;
 use super::slope::{SlopeKey, fitted_lines};
 use super::{band, panel, slope};
 use crate::axis::{self, INK, LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
@@ -26,6 +27,17 @@ impl PlotFigure {
     /// Draws the figure as SVG, in pixels of 1/96 inch. The result is always a readable picture,
     /// whatever the points are.
     pub fn svg(&self) -> String {
+        self.draw(false).svg
+    }
+
+    /// Draws the figure as [`svg`](PlotFigure::svg) does, with what a page needs to answer a
+    /// pointer: the parts of each legend entry are groups with the attribute `data-entry`, its
+    /// place in the legend one with `data-legend`, and every point is listed.
+    pub fn sketch(&self) -> FigureSketch {
+        self.draw(true)
+    }
+
+    fn draw(&self, grouped: bool) -> FigureSketch {
         let size = PanelSize::new(self.panels.len());
         let axes = self.axes(size.width);
         let mut entries = self.entries();
@@ -40,7 +52,8 @@ impl PlotFigure {
         let title = wrap(&self.title, total - layout.left - MARGIN, TITLE_SIZE, 3);
         let top = MARGIN + title.len() as f64 * (TITLE_SIZE + 4.0);
 
-        let mut drawing = Drawing::default();
+        let mut drawing = Drawing::new(grouped);
+        let mut spots = Vec::new();
         for (i, line) in title.iter().enumerate() {
             let baseline = MARGIN + TITLE_SIZE + i as f64 * (TITLE_SIZE + 4.0) - 2.0;
             drawing.text((layout.left, baseline), TITLE_SIZE, Anchor::Start, line);
@@ -53,13 +66,23 @@ impl PlotFigure {
             let labelled = i % layout.size.columns == 0 || !layout.shared_y;
             draw_axes(&mut drawing, &canvas, labelled);
             left_out += panel::draw(&mut drawing, &canvas, &entries);
+            if grouped {
+                spots.extend(panel::spots(&canvas, i, &entries));
+            }
         }
         legend.draw(&mut drawing, layout.right() + BEFORE_LEGEND, top + layout.above);
 
         let bottom = layout.bottom(self.panels.len(), top);
         let bottom = self.draw_notes(&mut drawing, left_out, bottom, total - 2.0 * MARGIN);
         let bottom = bottom.max(top + layout.above + legend.height());
-        drawing.finish(total, bottom + MARGIN, &self.title)
+        FigureSketch {
+            svg: drawing.finish(total, bottom + MARGIN, &self.title),
+            entries: entries.iter().map(|entry| entry.label.to_owned()).collect(),
+            axes: (self.panels.iter().zip(&axes))
+                .map(|(panel, axes)| [axes.x.sketched(&panel.x), axes.y.sketched(&panel.y)])
+                .collect(),
+            spots,
+        }
     }
 
     fn shares_x(&self) -> bool {

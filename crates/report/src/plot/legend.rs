@@ -6,7 +6,7 @@ use super::{band, front};
 use crate::axis::TICK_SIZE;
 use crate::font::{shorten, text_width, wrap};
 use crate::palette::Look;
-use crate::svg::{Anchor, Drawing, n};
+use crate::svg::{Anchor, Drawing, Rect, n};
 
 /// The height of the first line of an entry, in pixels.
 const ENTRY: f64 = 17.0;
@@ -135,6 +135,8 @@ impl<'a> LegendEntry<'a> {
 /// An entry with its text in lines.
 #[derive(Clone)]
 struct EntryLines<'a> {
+    /// The index of the entry among all.
+    index: usize,
     entry: &'a LegendEntry<'a>,
     lines: Vec<String>,
 }
@@ -158,7 +160,8 @@ impl<'a> Legend<'a> {
     pub(super) fn new(heading: &str, entries: &'a [LegendEntry<'a>], height: f64) -> Legend<'a> {
         let entries: Vec<EntryLines<'_>> = entries
             .iter()
-            .map(|entry| EntryLines { entry, lines: entry.lines() })
+            .enumerate()
+            .map(|(index, entry)| EntryLines { index, entry, lines: entry.lines() })
             .filter(|entry| !entry.lines.is_empty())
             .collect();
         let heading =
@@ -219,11 +222,15 @@ impl<'a> Legend<'a> {
             let mut y = top + self.heading.len() as f64 * ENTRY;
             for entry in column {
                 let middle = y + ENTRY / 2.0;
+                drawing.begin(format_args!("data-legend=\"{}\"", entry.index));
+                let (width, height) = (self.column_width() - 12.0, entry.height());
+                drawing.target(Rect { x, y, width, height });
                 entry.entry.draw_sample(drawing, (x, middle));
                 for (i, line) in entry.lines.iter().enumerate() {
                     let baseline = middle + TICK_SIZE * 0.36 + i as f64 * LINE;
                     drawing.text((x + SAMPLE + 7.0, baseline), TICK_SIZE, Anchor::Start, line);
                 }
+                drawing.end();
                 y += entry.height();
             }
         }

@@ -2,9 +2,10 @@
 
 use super::band::PlacedBand;
 use super::canvas::{Canvas, PlotPoint, Segment};
-use super::figure::{Series, Style};
+use super::figure::{BandPoint, PlotPanel, Series, Style};
 use super::legend::LegendEntry;
 use super::names::{self, Obstacles};
+use super::sketch::FigureSpot;
 use super::slope::FIT_OF_BAND;
 use super::{curve, front, slope};
 use crate::axis::LABEL_SIZE;
@@ -98,20 +99,33 @@ pub(super) fn draw(
         .map(|(i, band)| PlacedBand::new(canvas, band, look(true, &band.label), aside(i)))
         .collect();
 
-    bands.iter().for_each(|band| band.shade(drawing));
     for band in &bands {
+        drawing.begin(format_args!("data-entry=\"{}\"", index(entries, true, &band.band.label)));
+        band.shade(drawing);
+        drawing.end();
+    }
+    for band in &bands {
+        drawing.begin(format_args!("data-entry=\"{}\"", index(entries, true, &band.band.label)));
         band.edges(drawing);
         for fit in band.band.fits.iter().flatten() {
             slope::draw(drawing, canvas, fit, band.look.color, FIT_OF_BAND);
         }
+        drawing.end();
     }
+    let begin = |drawing: &mut Drawing, series: &Series| {
+        drawing.begin(format_args!("data-entry=\"{}\"", index(entries, false, &series.label)));
+    };
     for curve in &curves {
         if let Some(fit) = &curve.series.fit {
+            begin(drawing, curve.series);
             slope::draw(drawing, canvas, fit, curve.look.color, "");
+            drawing.end();
         }
     }
     for curve in &curves {
+        begin(drawing, curve.series);
         curve::draw(drawing, curve.series, &curve.places, curve.look);
+        drawing.end();
     }
     draw_marks(drawing, canvas, &curves, &bands);
 
@@ -123,6 +137,45 @@ pub(super) fn draw(
     }
     curves.iter().map(PlacedSeries::left_out).sum::<usize>()
         + bands.iter().map(|band| band.left_out).sum::<usize>()
+}
+
+/// Returns the index of the entry of a band, or else of a series, with a label.
+fn index(entries: &[LegendEntry<'_>], is_band: bool, label: &str) -> usize {
+    entries.iter().position(|entry| entry.is(is_band, label)).unwrap_or(0)
+}
+
+/// Lists the points of a panel in their places; the ends of a band are points each.
+pub(super) fn spots(
+    canvas: &Canvas<'_>,
+    panel: usize,
+    entries: &[LegendEntry<'_>],
+) -> Vec<FigureSpot> {
+    let PlotPanel { series, bands, .. } = canvas.panel;
+    let mut spots = Vec::new();
+    let mut add = |entry: usize, row: Option<&Option<usize>>, values: PlotPoint| {
+        let row = row.copied().flatten();
+        spots.extend(canvas.place(values).map(|place| FigureSpot {
+            panel,
+            entry,
+            place,
+            values,
+            row,
+        }));
+    };
+    for curve in series {
+        let entry = index(entries, false, &curve.label);
+        for (i, point) in curve.points.iter().enumerate() {
+            add(entry, curve.rows.get(i), *point);
+        }
+    }
+    for band in bands {
+        let entry = index(entries, true, &band.label);
+        for (i, &BandPoint { x, low, high }) in band.points.iter().enumerate() {
+            add(entry, band.rows.get(i), (x, low));
+            add(entry, band.rows.get(i), (x, high));
+        }
+    }
+    spots
 }
 
 /// Marks the front, if the panel has one, and writes names beside its points, or else beside all

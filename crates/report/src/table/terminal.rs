@@ -40,7 +40,7 @@ const SEPARATOR: usize = 1;
 const NARROWEST_TEXT: usize = 20;
 
 /// A column that is ready to be set.
-struct TypesetColumn {
+pub(crate) struct TypesetColumn {
     /// The lines of the header: the name and, if there is one, the unit.
     header: Vec<String>,
     cells: Vec<String>,
@@ -49,15 +49,36 @@ struct TypesetColumn {
     least: usize,
 }
 
+impl TypesetColumn {
+    /// Returns the name and, if there is one, the unit in brackets.
+    pub(crate) fn head(&self) -> (&str, Option<&str>) {
+        (self.header.first().map_or("", String::as_str), self.header.get(1).map(String::as_str))
+    }
+
+    /// Returns whether its cells are numbers.
+    pub(crate) fn is_number(&self) -> bool {
+        self.numeric
+    }
+
+    /// Returns the text of the cell in a row.
+    pub(crate) fn cell(&self, row: usize) -> &str {
+        self.cells.get(row).map_or("", String::as_str)
+    }
+}
+
 impl DataTable {
+    /// Sets every column.
+    pub(crate) fn typeset(&self, layout: &TerminalLayout) -> Vec<TypesetColumn> {
+        (0..self.columns().len()).map(|i| self.set(i, layout)).collect()
+    }
+
     /// Writes the table as text: a header with units, numbers aligned at the decimal point, a
     /// newline at the end.
     ///
     /// When the columns do not fit into the width, they are set in several blocks, each of which
     /// begins with the first column. Characters that a terminal would obey are shown escaped.
     pub fn terminal(&self, layout: &TerminalLayout) -> String {
-        let columns: Vec<TypesetColumn> =
-            (0..self.columns().len()).map(|i| self.set(i, layout)).collect();
+        let columns = self.typeset(layout);
         let mut out = String::new();
         for block in blocks(&columns, layout.width) {
             if !out.is_empty() {

@@ -370,7 +370,7 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
             let names =
                 (0..points.len() * usize::from(log_x)).map(|i| format!("{name}{i}")).collect();
             let noise = points.iter().map(|point| point.1).collect();
-            Series { label, points, style, kin, fit, noise, names }
+            Series { label, points, style, kin, fit, noise, names, rows: Vec::new() }
         });
     let end = (coordinate(), coordinate(), coordinate()).prop_map(|(x, low, high)| BandPoint {
         x,
@@ -381,7 +381,7 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
     let band = (any::<String>(), ends, any::<bool>(), points()).prop_map(
         |(label, points, joined, fitted)| {
             let fits = [report::fit::power_law(&fitted), None];
-            PlotBand { label, points, joined, fits }
+            PlotBand { label, points, joined, fits, rows: Vec::new() }
         },
     );
     let axis = (
@@ -417,6 +417,20 @@ proptest! {
         let svg = figure.svg();
         prop_assert!(!svg.contains("NaN") && !svg.contains("inf"), "{}", svg);
         prop_assert!(png(&svg, 24.0).is_ok());
+    }
+
+    #[test]
+    fn a_sketch_is_the_same_picture_in_groups(figure in figures()) {
+        let sketch = figure.sketch();
+        let is_drawn = |line: &&str| {
+            !line.starts_with("<g ") && *line != "</g>" && !line.contains("fill=\"transparent\"")
+        };
+        let without: Vec<&str> = sketch.svg.lines().filter(is_drawn).collect();
+        let svg = figure.svg();
+        prop_assert_eq!(without, svg.lines().collect::<Vec<_>>());
+        for spot in &sketch.spots {
+            prop_assert!(spot.entry < sketch.entries.len() && spot.panel < sketch.axes.len());
+        }
     }
 
     #[test]

@@ -3,4 +3,5 @@
 mod field;
 mod figure;
 mod marks;
+mod page;
 mod table;

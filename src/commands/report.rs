@@ -1,0 +1,164 @@
+//! `report`: one page of HTML that holds a study.
+//!
+//! The page names no store and no directory, so the same results give the same bytes wherever they
+//! are kept. `rows` reads the jobs as a table, `pictures` draws the figures, `chosen` picks the
+//! jobs whose fields the page has, and `facts` says everything else.
+
+mod chosen;
+mod facts;
+mod pictures;
+mod rows;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use answers::Results;
+use anyhow::{Context, Result, bail};
+use report::{JobTable, Page, PageBlock, PageSection};
+use serde::Serialize;
+
+use crate::cli::ReportArgs;
+use crate::figures::own_file;
+use crate::output::{self, Finish};
+use crate::stored::{StoreSource, read_store, stored_study};
+use crate::words::count;
+use chosen::FieldsRoom;
+use rows::JobRows;
+
+/// The bytes that a page has, unless more fields are asked for by key.
+const PAGE: usize = 2_900_000;
+/// The bytes of the table of jobs among them.
+const TABLE: usize = 1_300_000;
+
+/// The end of the command.
+#[derive(Serialize)]
+struct WrittenPage {
+    file: PathBuf,
+    bytes: usize,
+    /// The rows of the table of jobs.
+    rows: usize,
+    /// The jobs whose fields the page has.
+    fields: Vec<String>,
+    /// The sentences about what the page leaves out.
+    left_out: Vec<String>,
+}
+
+/// Writes the page of a study.
+pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
+    let file = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.html", args.name)));
+    check_file(&file, args.output.is_some())?;
+    let reader = read_store(&args.store.store)?;
+    let source = StoreSource::Reader(&reader);
+    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    let filter = args.filter.as_deref();
+    let rows = JobRows::read(&results, filter)?;
+    if rows.len() == 0 {
+        bail!(
+            "no job is left to report on; the condition `{}` holds for none",
+            filter.unwrap_or_default()
+        );
+    }
+
+    let mut left_out = Vec::new();
+    let table = JobTable::new(&rows.table, &rows.job_columns(&results)?, TABLE)?;
+    let mut page = Page {
+        name: results.study().name().to_owned(),
+        question: results.study().question().to_owned(),
+        command: wording::command(["report", &args.name]),
+        footer: "The page was written by `tribosweep report` from stored results. It holds \
+                 everything that it shows and asks no other place for anything."
+            .to_owned(),
+        sections: facts::before(&results, &rows, filter)?,
+    };
+    page.sections.push(pictures::section(&results, &rows, filter, &mut left_out)?);
+    page.sections.push(jobs_section(&rows, table.clone(), &mut left_out));
+    let place = page.sections.len();
+    page.sections.extend(facts::after(&results, &rows)?);
+
+    let room = FieldsRoom { bytes: PAGE.saturating_sub(page.html().len()), choice: &args.fields };
+    let fields = chosen::fields(&reader, &results, &rows, &room)?;
+    left_out.extend(fields.left_out.clone());
+    let keys = fields.keys.clone();
+    page.sections.insert(place, fields.section(rows.len()));
+
+    let html = page.html();
+    write(&file, html.as_bytes())?;
+    let written =
+        WrittenPage { file, bytes: html.len(), rows: table.rows(), fields: keys, left_out };
+    if args.json {
+        return output::print_json(&written);
+    }
+    written.left_out.iter().for_each(|sentence| output::say(sentence));
+    output::print(&format!("{}\n", written.file.display()))
+}
+
+/// Returns the section with the table of jobs.
+fn jobs_section(rows: &JobRows<'_>, table: JobTable, left_out: &mut Vec<String>) -> PageSection {
+    let mut blocks = vec![PageBlock::Words(
+        "A click on the head of a column sorts, a click on a row chooses its job everywhere on \
+         this page. Units are SI, as in `tribosweep query`."
+            .to_owned(),
+    )];
+    let mut sentences = Vec::new();
+    if table.rows() < rows.len() {
+        sentences.push(format!(
+            "The table has the first {} of {} rows; the page has no room for more.",
+            table.rows(),
+            rows.len()
+        ));
+    }
+    let names: Vec<&str> = table.names().collect();
+    let missing = rows.filled_columns().filter(|name| !names.contains(name)).count();
+    if missing > 0 {
+        sentences.push(format!(
+            "The table lacks {}, for which the page has no room; `{}` lists all.",
+            count(missing, "column", "columns"),
+            wording::command(["query", &rows.study, "--columns"])
+        ));
+    }
+    blocks.extend(sentences.iter().cloned().map(PageBlock::Words));
+    left_out.extend(sentences);
+    blocks.push(PageBlock::Jobs(table));
+    PageSection { id: "jobs", title: "Jobs", blocks }
+}
+
+/// Refuses a place where no file can be written whole, before anything is read. A file whose name
+/// nobody has chosen must be one of its own.
+fn check_file(file: &Path, is_chosen: bool) -> Result<()> {
+    if is_chosen {
+        if std::fs::metadata(file).is_ok_and(|found| !found.is_file()) {
+            bail!("{} is something else than a file; name one with --output", file.display());
+        }
+    } else {
+        own_file(file)?;
+    }
+    let directory = directory(file);
+    if !directory.is_dir() {
+        bail!("cannot write {}: there is no directory {}", file.display(), directory.display());
+    }
+    Ok(())
+}
+
+fn directory(file: &Path) -> &Path {
+    match file.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// Writes a file so that it is there whole or not at all. A link keeps leading to it.
+fn write(file: &Path, bytes: &[u8]) -> Result<()> {
+    let target = std::fs::canonicalize(file).unwrap_or_else(|_| file.to_path_buf());
+    let written = || -> std::io::Result<()> {
+        use std::os::unix::fs::PermissionsExt;
+        let mut unfinished = tempfile::Builder::new()
+            .prefix(".unfinished-")
+            .permissions(std::fs::Permissions::from_mode(0o666))
+            .tempfile_in(directory(&target))?;
+        unfinished.write_all(bytes)?;
+        unfinished.as_file().sync_all()?;
+        unfinished.persist(&target).map_err(|failed| failed.error)?;
+        std::fs::File::open(directory(&target))?.sync_all()
+    };
+    written().with_context(|| format!("cannot write {}", file.display()))
+}

@@ -1,0 +1,445 @@
+//! The sentences and tables of a report.
+
+use std::collections::BTreeMap;
+
+use answers::effects::missing_surface;
+use answers::{AnswerTable, Progress, Results};
+use anyhow::Result;
+use contact::punch::Surfaces;
+use report::{Cell, DataTable, PageBlock, PageSection, TableColumn, TableError, quantity_words};
+use study::columns::Role;
+use study::job::PHYSICS_VERSION;
+use study::provenance::median;
+use study::{Column, StudyPoint};
+
+use super::rows::JobRows;
+use crate::effect_text::effect_table;
+use crate::job_list::JobList;
+use crate::one_result::UsedFiles;
+use crate::words::{count, duration};
+
+/// The most rows of a table that is not the table of jobs.
+const MOST_ROWS: usize = 200;
+
+/// Returns the section that comes first: how far the study is, and what it says.
+pub(super) fn before(
+    results: &Results<'_>,
+    rows: &JobRows<'_>,
+    filter: Option<&str>,
+) -> Result<Vec<PageSection>> {
+    let Progress { points, done, failed, left } = results.progress();
+    let mut blocks = Vec::new();
+    let mut said =
+        format!("{done} of {} are solved and certified", count(points, "point", "points"));
+    if failed > 0 {
+        said += &format!(", {failed} failed");
+    }
+    if left > 0 {
+        said += &format!(", {left} have no result yet");
+    }
+    blocks.push(PageBlock::Words(said + "."));
+    if let Some(filter) = filter {
+        blocks.push(PageBlock::Words(format!(
+            "Figures, jobs, failures, certificates, cost and provenance are of the {} for which \
+             {filter} holds; the answers, warnings and effects are of the whole study.",
+            count(rows.len(), "point", "points")
+        )));
+    }
+    let answers = answers(results)?;
+    if answers.is_empty() {
+        blocks.extend(ranges(results, rows)?.into_iter().map(PageBlock::Words));
+    }
+    blocks.extend(answers);
+    for warning in results.warnings() {
+        blocks.push(PageBlock::Warning(format!("Warning: {}.", warning.words)));
+        let steps = warning.steps.then_some("--steps");
+        let query = ["query", &rows.study].into_iter().chain(steps);
+        let command = wording::command(query.chain(["--where", &warning.filter]));
+        blocks.push(PageBlock::Command(command));
+    }
+    Ok(vec![PageSection { id: "answer", title: "Answer", blocks }])
+}
+
+/// Returns what a study says beyond its rows.
+fn answers(results: &Results<'_>) -> Result<Vec<PageBlock>> {
+    let mut blocks = Vec::new();
+    for AnswerTable { title, table } in results.answers()? {
+        match (table.columns(), table.rows()) {
+            // A table of one cell is a sentence.
+            ([_], [row]) => {
+                let [Cell::Text(words)] = &row[..] else { continue };
+                blocks.push(PageBlock::Words(sentence(words)));
+            }
+            _ => {
+                blocks.push(PageBlock::Heading((*title).to_owned()));
+                blocks.extend(shortened(table)?);
+            }
+        }
+    }
+    Ok(blocks)
+}
+
+/// Returns words as a sentence, with a capital letter and a full stop.
+fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
+    let end = if words.ends_with(['.', '!', '?']) { "" } else { "." };
+    format!("{first}{}{end}", letters.as_str())
+}
+
+/// Says between which values the quantities of the figures lie.
+fn ranges(results: &Results<'_>, rows: &JobRows<'_>) -> Result<Vec<String>> {
+    let mut named: Vec<&String> = Vec::new();
+    let figures = results.figures()?.iter().filter(|figure| !figure.steps);
+    for name in figures.flat_map(|figure| figure.y.iter().chain(figure.band.iter().flatten())) {
+        if !named.contains(&name) {
+            named.push(name);
+        }
+    }
+    let range = |name: &&String| {
+        let column = rows.columns.iter().find(|column| column.name == name.as_str())?;
+        let numbers = rows.numbers(name);
+        let by_value = |a: &&(usize, f64), b: &&(usize, f64)| a.1.total_cmp(&b.1);
+        let least = numbers.iter().min_by(by_value)?;
+        let most = numbers.iter().rev().max_by(by_value)?;
+        let name = study::label::label(column, &rows.columns);
+        let of = count(numbers.len(), "point", "points");
+        if least.1 == most.1 {
+            let value = quantity_words(least.1, column.unit());
+            return Some(format!("The {name} is {value} at all of {of}."));
+        }
+        let end = |(row, x): &(usize, f64)| {
+            let place = rows.place(*row);
+            let place = if place.is_empty() { place } else { format!(" at {place}") };
+            format!("{}{place}", quantity_words(*x, column.unit()))
+        };
+        Some(format!("Over {of} the {name} runs from {} to {}.", end(least), end(most)))
+    };
+    Ok(named.iter().filter_map(range).collect())
+}
+
+/// Returns the beginning of a table, and how much is cut off.
+fn shortened(table: &DataTable) -> Result<Vec<PageBlock>, TableError> {
+    let rows = table.rows();
+    if rows.len() <= MOST_ROWS {
+        return Ok(vec![PageBlock::Table(table.clone())]);
+    }
+    let first = DataTable::new(table.columns().to_vec(), rows[..MOST_ROWS].to_vec())?;
+    let more = format!("{} more rows are left out here.", rows.len() - MOST_ROWS);
+    Ok(vec![PageBlock::Table(first), PageBlock::Words(more)])
+}
+
+/// Returns the sections that come after the jobs.
+pub(super) fn after(results: &Results<'_>, rows: &JobRows<'_>) -> Result<Vec<PageSection>> {
+    Ok(vec![
+        failures(rows)?,
+        effects(results)?,
+        PageSection {
+            id: "certificates",
+            title: "Certificates and estimated errors",
+            blocks: [certificates(rows)?, estimates(rows)?].concat(),
+        },
+        cost(rows)?,
+        provenance(results, rows)?,
+        reproduction(results)?,
+    ])
+}
+
+/// Lists the jobs that failed, with the reason and the command that shows each.
+fn failures(rows: &JobRows<'_>) -> Result<PageSection> {
+    let failed = rows.table.filter("status == \"failed\" || status == \"quarantined\"")?;
+    let axes: Vec<&str> = rows.of_role(Role::Axis).map(|column| column.name.as_ref()).collect();
+    let mut blocks = Vec::new();
+    if failed.rows().is_empty() {
+        blocks.push(PageBlock::Words("No job failed.".to_owned()));
+    } else {
+        let key = failed.column("key")?;
+        let names: Vec<&str> = axes.into_iter().chain(["status", "reason"]).collect();
+        let told = failed.select(&names)?;
+        let mut columns = told.columns().to_vec();
+        columns.push(TableColumn::new("command", ""));
+        let lines = told.rows().iter().zip(failed.rows()).map(|(told, row)| {
+            let key = if let Cell::Text(key) = &row[key] { key.as_str() } else { "" };
+            let command = Cell::Text(wording::command(["show", key.get(..12).unwrap_or(key)]));
+            told.iter().cloned().chain([command]).collect()
+        });
+        let table = DataTable::new(columns, lines.collect())?;
+        blocks.push(PageBlock::Words(format!(
+            "{} left no certified solution.",
+            count(table.rows().len(), "job", "jobs")
+        )));
+        blocks.extend(shortened(&table)?);
+        let query = ["query", &rows.study, "--where", "status != \"certified\""];
+        let query = query.into_iter().chain(["--select", "key,status,reason"]);
+        blocks.push(PageBlock::Command(wording::command(query)));
+    }
+    Ok(PageSection { id: "failures", title: "Failures", blocks })
+}
+
+/// Lists the effects that are simulated and left out, with the reasons.
+fn effects(results: &Results<'_>) -> Result<PageSection> {
+    let study = results.study();
+    let overview =
+        JobList::of_points(study, results.points().to_vec()).and_then(|jobs| jobs.effects(study));
+    let mut blocks = Vec::new();
+    match overview {
+        Ok(overview) if overview.groups.is_empty() => blocks.push(PageBlock::Words(
+            "The jobs of this kind of study solve no single scene, so no effects are chosen for \
+             them."
+                .to_owned(),
+        )),
+        Ok(overview) => {
+            blocks.push(PageBlock::Words(format!(
+                "The effects that each of {} calls for, as this version of the program decides \
+                 them (physics {PHYSICS_VERSION}).",
+                count(overview.jobs, "job", "jobs")
+            )));
+            for group in overview.groups.iter().take(MOST_GROUPS) {
+                let jobs = count(group.jobs, "job", "jobs");
+                let of = if group.label.is_empty() { "" } else { ": " };
+                blocks.push(PageBlock::Heading(format!("{jobs}{of}{}", group.label)));
+                blocks.push(PageBlock::Table(effect_table(group)?));
+            }
+            if let Some(more) = overview.groups.len().checked_sub(MOST_GROUPS).filter(|n| *n > 0) {
+                blocks.push(PageBlock::Words(format!(
+                    "{} left out here; `tribosweep plan --json` lists all.",
+                    count(more, "more group of jobs is", "more groups of jobs are")
+                )));
+            }
+        }
+        // A page about results is worth having without them.
+        Err(error) => {
+            blocks.push(PageBlock::Warning(format!("The effects are not known: {error:#}.")))
+        }
+    }
+    Ok(PageSection { id: "effects", title: "Effects", blocks })
+}
+
+/// The most groups of jobs whose effects are listed.
+const MOST_GROUPS: usize = 12;
+
+/// Returns a table of texts.
+fn texts<const N: usize>(
+    names: [&str; N],
+    rows: Vec<[String; N]>,
+) -> Result<DataTable, TableError> {
+    let columns = names.map(|name| TableColumn::new(name, "")).to_vec();
+    let cells = rows.into_iter().map(|row| row.map(Cell::Text).to_vec());
+    DataTable::new(columns, cells.collect())
+}
+
+/// Returns the largest of some numbers with its row.
+fn largest(numbers: &[(usize, f64)]) -> Option<(usize, f64)> {
+    numbers.iter().copied().rev().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+}
+
+/// Returns a residual or an error with two digits.
+fn rounded(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
+}
+
+/// Lists the largest figure of each certificate.
+fn certificates(rows: &JobRows<'_>) -> Result<Vec<PageBlock>> {
+    let line = |column: &Column| {
+        let (row, x) = largest(&rows.numbers(&column.name))?;
+        Some([
+            column.name.to_string(),
+            column.meaning.to_owned(),
+            format!("{} {}", rounded(x), column.unit()).trim_end().to_owned(),
+            rows.place(row),
+        ])
+    };
+    let lines: Vec<_> = rows.of_role(Role::Certificate).filter_map(line).collect();
+    if lines.is_empty() {
+        return Ok(vec![PageBlock::Words("No result has a certificate.".to_owned())]);
+    }
+    Ok(vec![
+        PageBlock::Words(
+            "Every certified result was checked by code that shares nothing with the solver. \
+             These are the largest figures of all results; 0 is exact."
+                .to_owned(),
+        ),
+        PageBlock::Table(texts(["figure", "meaning", "largest", "at"], lines)?),
+    ])
+}
+
+/// Lists the estimated errors.
+fn estimates(rows: &JobRows<'_>) -> Result<Vec<PageBlock>> {
+    let line = |column: &Column| {
+        let numbers = rows.numbers(&column.name);
+        let (row, x) = largest(&numbers)?;
+        let middle = median(numbers.iter().map(|(_, x)| x.abs()).collect());
+        Some([
+            column.name.to_string(),
+            column.meaning.to_owned(),
+            rounded(middle),
+            rounded(x),
+            rows.place(row),
+        ])
+    };
+    let lines: Vec<_> = rows.of_role(Role::Error).filter_map(line).collect();
+    if lines.is_empty() {
+        return Ok(vec![PageBlock::Words("No error is estimated.".to_owned())]);
+    }
+    Ok(vec![
+        PageBlock::Heading("Estimated errors".to_owned()),
+        PageBlock::Table(texts(["error", "meaning", "median", "largest", "at"], lines)?),
+    ])
+}
+
+/// Says what the jobs took.
+fn cost(rows: &JobRows<'_>) -> Result<PageSection> {
+    let mut blocks = Vec::new();
+    let mut seen = std::collections::HashSet::new();
+    let keys = rows.keys();
+    // A job that several points share was computed once.
+    let mut once = |numbers: Vec<(usize, f64)>| -> Vec<(usize, f64)> {
+        seen.clear();
+        numbers.into_iter().filter(|(row, _)| seen.insert(keys[*row])).collect()
+    };
+    let seconds = once(rows.numbers("seconds"));
+    if let Some((row, most)) = largest(&seconds) {
+        let sum: f64 = seconds.iter().map(|(_, x)| x).sum();
+        let place = rows.place(row);
+        let place = if place.is_empty() { place } else { format!(" at {place}") };
+        blocks.push(PageBlock::Words(format!(
+            "Solving {} took {} of one worker in all; the median is {}, the largest {}{place}.",
+            count(seconds.len(), "job", "jobs"),
+            duration(sum),
+            duration(median(seconds.iter().map(|(_, x)| *x).collect())),
+            duration(most)
+        )));
+    } else {
+        blocks.push(PageBlock::Words("No job has a time.".to_owned()));
+    }
+    let mut lines = Vec::new();
+    for column in rows.of_role(Role::Work) {
+        let numbers = once(rows.numbers(&column.name));
+        let Some((row, most)) = largest(&numbers) else { continue };
+        let values: Vec<f64> = numbers.iter().map(|(_, x)| *x).collect();
+        lines.push([
+            column.name.to_string(),
+            column.meaning.to_owned(),
+            quantity_words(median(values), column.unit()),
+            quantity_words(most, column.unit()),
+            rows.place(row),
+        ]);
+    }
+    if !lines.is_empty() {
+        let table = texts(["work", "meaning", "median", "largest", "at"], lines)?;
+        blocks.push(PageBlock::Table(table));
+    }
+    Ok(PageSection { id: "cost", title: "Cost", blocks })
+}
+
+/// The results of one version of the program.
+#[derive(Default)]
+struct VersionShare {
+    jobs: usize,
+    workers: std::collections::BTreeSet<i64>,
+    first: String,
+    last: String,
+}
+
+/// Says which versions computed the results, where and when, as the records say.
+fn provenance(results: &Results<'_>, rows: &JobRows<'_>) -> Result<PageSection> {
+    let mut physics = BTreeMap::new();
+    for point in results.points() {
+        if let Some(record) = results.record(point) {
+            physics.insert(point.key.to_string(), record.physics);
+        }
+    }
+    let mut shares: BTreeMap<(String, u32), VersionShare> = BTreeMap::new();
+    let mut seen = std::collections::HashSet::new();
+    let workers: Vec<Option<f64>> = rows.cells("worker").map(Cell::number).collect();
+    let (programs, times) = (rows.texts("program"), rows.texts("finished"));
+    for (row, key) in rows.keys().into_iter().enumerate() {
+        let Some(physics) = physics.get(key).copied().filter(|_| seen.insert(key)) else {
+            continue;
+        };
+        let program = programs.get(row).copied().unwrap_or_default().to_owned();
+        let share = shares.entry((program, physics)).or_default();
+        share.jobs += 1;
+        let worker = workers.get(row).copied().flatten();
+        share.workers.extend(worker.map(|worker| worker as i64));
+        let finished = times.get(row).copied().unwrap_or_default();
+        if !finished.is_empty() {
+            if share.first.is_empty() || finished < share.first.as_str() {
+                share.first = finished.to_owned();
+            }
+            if finished > share.last.as_str() {
+                share.last = finished.to_owned();
+            }
+        }
+    }
+    let line = |((program, physics), share): ((String, u32), VersionShare)| {
+        [
+            program,
+            physics.to_string(),
+            share.jobs.to_string(),
+            share.workers.len().to_string(),
+            share.first,
+            share.last,
+        ]
+    };
+    let lines: Vec<_> = shares.into_iter().map(line).collect();
+    let mut blocks = Vec::new();
+    if lines.is_empty() {
+        blocks.push(PageBlock::Words("There is no result yet.".to_owned()));
+    } else {
+        let names = ["program", "physics", "jobs", "workers", "first finished", "last finished"];
+        blocks.push(PageBlock::Table(texts(names, lines)?));
+        blocks.push(PageBlock::Words(
+            "Versions, workers and times are those that the records hold; times are UTC. The \
+             worker and the time of each job are columns of the table of jobs."
+                .to_owned(),
+        ));
+    }
+    Ok(PageSection { id: "provenance", title: "Provenance", blocks })
+}
+
+/// Says how the results can be computed again.
+fn reproduction(results: &Results<'_>) -> Result<PageSection> {
+    let study = results.study();
+    let name = study.name();
+    let file = format!("{name}.toml");
+    let argument = wording::file_argument(std::path::Path::new(&file));
+    let run = wording::command([std::ffi::OsStr::new("run"), &argument]);
+    let mut blocks = vec![
+        PageBlock::Words(format!(
+            "The study is the text below, kept as {file}. These commands compute it, draw its \
+             figures and write this page; where a store has the results already, they are not \
+             computed again. The same version gives the same results, byte for byte, on any \
+             number of workers. The commands read the store .tribosweep in the current directory; \
+             --store names another one."
+        )),
+        PageBlock::Command(run),
+        PageBlock::Command(wording::command(["plot", name])),
+        PageBlock::Command(wording::command(["report", name])),
+    ];
+    let mut files: Vec<String> = Vec::new();
+    // Most jobs name no file, and to lay out each of many takes its time.
+    let names_file = |point: &&StudyPoint| missing_surface(&point.job, &Surfaces::new()).is_some();
+    for point in results.points().iter().filter(names_file) {
+        if files.len() >= MOST_ROWS {
+            break;
+        }
+        for words in UsedFiles::of(study, &point.job).words {
+            if !files.contains(&words) {
+                files.push(words);
+            }
+        }
+    }
+    if !files.is_empty() {
+        blocks.push(PageBlock::Words(
+            "It reads files that are not in this page. The store holds them, so that `tribosweep \
+             resume` needs none of them:"
+                .to_owned(),
+        ));
+        blocks.push(PageBlock::Source(files.join("\n")));
+        blocks.push(PageBlock::Command(wording::command(["resume", name])));
+    }
+    blocks.push(PageBlock::Heading(file));
+    blocks.push(PageBlock::Source(study.text().to_owned()));
+    Ok(PageSection { id: "reproduce", title: "How to reproduce it", blocks })
+}
