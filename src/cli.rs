@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use answers::shards::{MOST_SHARDS, Shard};
+use answers::shards::Shard;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use study::MOST_SHARDS;
 
 use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
 use crate::shard_choice::{ShardChoice, shard_choice};

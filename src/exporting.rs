@@ -1,8 +1,9 @@
 //! The export that a run writes while it goes on.
 //!
-//! Results are added after they are durable in the store, and reach the file within [`LAG`]. A thread
-//! writes them, so that a file system that hangs holds up no run. A run that starts again goes on
-//! from the file, wherever it runs. The file counts as finished only if it has a result of every job.
+//! Results are added after they are durable in the store, and reach the file within [`LAG`]. A
+//! thread writes them, so that a file system that hangs holds up no run. A run that starts again
+//! goes on from the file, wherever it runs. The file counts as finished only if it has a result of
+//! every job.
 
 use std::collections::HashMap;
 use std::io;

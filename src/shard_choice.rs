@@ -215,7 +215,7 @@ mod tests {
     /// Every shard of a partition can be exported.
     #[test]
     fn partitions_and_exports_have_the_same_bound() {
-        assert_eq!(answers::shards::MOST_SHARDS, store::SHARD_LIMIT);
+        assert_eq!(study::MOST_SHARDS, store::SHARD_LIMIT);
     }
 
     #[test]

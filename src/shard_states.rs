@@ -43,7 +43,7 @@ enum ShardStanding {
     Missing,
 }
 
-/// What is known of one shard.
+/// The knowledge of one shard.
 #[derive(Default)]
 struct KnownShard {
     note: Option<ShardNote>,

@@ -38,8 +38,7 @@ pub(crate) fn read_shard(path: &Path, choice: Option<ShardChoice>) -> Result<Stu
 
 /// Returns a part of a study.
 pub(crate) fn part(study: &Study, shard: Shard) -> Result<Study> {
-    let indices = Partition::of(study, shard.count())?.indices(shard);
-    Ok(study.restricted(indices)?)
+    Ok(Partition::of(study, shard.count())?.part(study, shard)?)
 }
 
 /// Reads the text of a study file.

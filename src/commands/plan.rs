@@ -122,6 +122,9 @@ fn plan_shards(study: &Study, count_of_shards: u32, json: bool) -> Result<Finish
             .filter_map(|index| Shard::new(index, count_of_shards.into()).ok())
     };
     let loads: Vec<ShardLoad> = shards().map(|shard| partition.load(shard)).collect();
+    for load in &loads {
+        study.require_possible(load.points)?;
+    }
     let points: u64 = loads.iter().map(|load| load.points).sum();
     let seconds: f64 = loads.iter().map(|load| load.seconds).sum();
     let mean = seconds / f64::from(count_of_shards);
@@ -141,17 +144,23 @@ fn plan_shards(study: &Study, count_of_shards: u32, json: bool) -> Result<Finish
         }));
     }
     let mut text = format!(
-        "{}\n\n{}, {} of work each on average; the fullest has {:.0} % more than that",
+        "{}\n\n{}, {} of work each on average; ",
         study.name(),
         placed(points, count_of_shards),
-        duration(mean),
-        100.0 * (fullest / mean - 1.0)
+        duration(mean)
     );
+    text += &match 100.0 * (fullest / mean - 1.0) {
+        0.5.. => format!("the fullest has {:.0} % more than that", 100.0 * (fullest / mean - 1.0)),
+        _ => "they are even".to_owned(),
+    };
     // The sums differ in rounding.
-    if partition.longest() > 0.99 * fullest {
+    if partition.longest() > 0.99 * fullest && fullest > 1.005 * mean {
         text += ", for it has the longest sequence, which stays whole";
     }
     text += "\n";
+    if study.adaptive().is_some() {
+        text += "more points follow in every shard, as the results demand\n";
+    }
     if empty > 0 {
         text += &format!("{} no points\n", count(empty, "shard has", "shards have"));
     }

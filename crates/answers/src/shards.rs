@@ -2,8 +2,10 @@
 //!
 //! A partition follows from the study and the number of shards alone, so every machine finds its
 //! own part. Sequences stay whole: points of which one says whether there is another, or that are
-//! compared with each other, and points that share a job. Sequences that share an operator lie side
-//! by side, and the row of all sequences is cut where the forecasts say that the work is even.
+//! compared with each other. Sequences that share an operator lie side by side, and the row of all
+//! sequences is cut where the forecasts say that the work is even. In a study whose points can be
+//! listed, points that share a job or a scene are one sequence too; in a larger one such a job may
+//! be computed by two shards, which changes no result.
 //!
 //! The files below hold the row and its cuts (`row`), the sequences of a study whose points can be
 //! listed (`listed`), and those of one that is too large for that (`lattice`). They do not know
@@ -17,16 +19,13 @@ use std::collections::HashSet;
 use std::fmt;
 use std::str::FromStr;
 
-use study::Study;
+use study::{MOST_POINTS, MOST_SHARDS, Study};
 use thiserror::Error;
 
 use crate::error::AnswerError;
 
 use lattice::Lattice;
 use row::{Piece, SequenceRow};
-
-/// The largest number of shards of a study.
-pub const MOST_SHARDS: u32 = 65_536;
 
 /// One shard of so many, which is written 3/16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,7 +144,17 @@ impl Partition {
             });
         }
         let (lattice, pieces) = Lattice::of(study)?;
-        Ok(Partition { row: SequenceRow::new(pieces, count), members: Members::Lattice(lattice) })
+        let row = SequenceRow::bounded(pieces, count, MOST_POINTS as u64);
+        Ok(Partition { row, members: Members::Lattice(lattice) })
+    }
+
+    /// Returns the part of a study that a shard has.
+    ///
+    /// # Errors
+    /// The shard has more points than one run takes, or one that makes no sense.
+    pub fn part(&self, study: &Study, shard: Shard) -> Result<Study, AnswerError> {
+        study.require_possible(self.load(shard).points)?;
+        Ok(study.restricted(self.indices(shard))?)
     }
 
     /// Returns the number of shards.

@@ -41,9 +41,11 @@ use crate::value::Value;
 /// for each point and a run 10 kB, as measured.
 pub(crate) const MAX_POINTS: usize = 200_000;
 
-/// The largest number of points of a study that is run in shards, each of which has at most
-/// [`MAX_POINTS`].
-pub(crate) const MAX_SHARDED_POINTS: usize = 1_000_000_000_000;
+/// The largest number of shards of a study.
+pub(crate) const MAX_SHARDS: u32 = 65_536;
+
+/// The largest number of points of a study that is run in shards.
+pub(crate) const MAX_SHARDED_POINTS: usize = MAX_POINTS * MAX_SHARDS as usize;
 
 /// The largest number of load steps and layers of all points together. Each takes some 250 bytes.
 pub(crate) const MAX_ENTRIES: usize = 2_000_000;

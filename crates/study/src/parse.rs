@@ -185,7 +185,9 @@ fn parse(
     let before = mistakes.len();
     sweep::refuse_absent(&groups, &base, &mut mistakes);
     sweep::refuse_alternatives(&groups, &base, &mut mistakes);
-    sweep::refuse_too_many_entries(&groups, &base, &mut mistakes);
+    // Those of a shard are counted when it is taken.
+    let points = if shards { 1 } else { axis::count(&groups).unwrap_or(0) };
+    mistakes.extend(sweep::too_many_entries(&groups, &base, points));
     if mistakes.len() > before {
         // Entries have columns, and an index that is far off would make thousands of millions of
         // them.

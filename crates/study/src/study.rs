@@ -39,7 +39,7 @@ use contact::punch::Surfaces;
 use crate::adaptive::Adaptive;
 use crate::assemble::locate;
 use crate::axis;
-use crate::axis::{Group, MAX_POINTS, SweepAxis};
+use crate::axis::{Group, MAX_POINTS, MAX_SHARDS, SweepAxis};
 use crate::columns::Column;
 use crate::error::{Mistake, StudyError};
 use crate::figure::Figure;
@@ -51,10 +51,14 @@ use crate::kind::{Kind, KindTable};
 use crate::point::StudyPoint;
 use crate::sheet::{Given, Setting, Sheet, TablePlaces};
 use crate::study_files::StudyFiles;
+use crate::sweep::too_many_entries;
 use crate::value::Value;
 
 /// The largest number of points that are listed at a time.
 pub const MOST_POINTS: usize = MAX_POINTS;
+
+/// The largest number of shards in which a study is run.
+pub const MOST_SHARDS: u32 = MAX_SHARDS;
 
 /// A study of which every point makes sense.
 #[derive(Clone, Debug)]
@@ -262,6 +266,27 @@ impl Study {
         }
     }
 
+    /// Refuses a part of the study that has more points than one run takes.
+    ///
+    /// # Errors
+    /// The part is too large, at the place of the axes in the file.
+    pub fn require_possible(&self, points: u64) -> Result<(), StudyError> {
+        if points <= MAX_POINTS as u64 {
+            return Ok(());
+        }
+        let span = self.axes().next().map_or(0..0, |axis| axis.span.clone());
+        let message = format!("the shard has {points} points, more than {MAX_POINTS}");
+        let sequence: usize = (0..self.groups.len())
+            .filter(|group| self.is_sequence(*group))
+            .map(|group| self.groups[group].length)
+            .product();
+        let expected = match sequence > MAX_POINTS {
+            true => "needs fewer values on the axes along which points belong together",
+            false => "needs more shards, or fewer values",
+        };
+        Err(StudyError::new(&self.path, &self.text, vec![Mistake::new(span, message, expected)]))
+    }
+
     /// Returns the part of the study that has only the points with some indices.
     ///
     /// # Errors
@@ -270,11 +295,8 @@ impl Study {
         indices.sort_unstable();
         indices.dedup();
         let refused = |mistakes| StudyError::new(&self.path, &self.text, mistakes);
-        if indices.len() > MAX_POINTS {
-            let span = self.axes().next().map_or(0..0, |axis| axis.span.clone());
-            let count = indices.len();
-            let message = format!("the shard has {count} points, more than {MAX_POINTS}");
-            let mistake = Mistake::new(span, message, "needs more shards, or fewer values");
+        self.require_possible(indices.len() as u64)?;
+        if let Some(mistake) = too_many_entries(&self.groups, &self.base, indices.len()) {
             return Err(refused(vec![mistake]));
         }
         let check = |index: &usize| self.job(&axis::steps(&self.groups, *index)).err();

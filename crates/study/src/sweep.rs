@@ -14,7 +14,7 @@ use crate::value::Value;
 mod fit;
 mod range;
 
-pub(crate) use fit::{refuse_absent, refuse_alternatives, refuse_too_many_entries};
+pub(crate) use fit::{refuse_absent, refuse_alternatives, too_many_entries};
 use fit::{refuse_excess, refuse_overlaps, refuse_repeated_rows, refuse_repeats};
 use range::{AxisValues, is_range, read_range};
 

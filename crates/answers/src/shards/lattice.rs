@@ -3,6 +3,8 @@
 //! Most axes do not change what a job takes. Those that do are found by forecasts along each axis,
 //! with the others at three places; their steps fall into classes of equal forecasts. A combination
 //! of classes is a piece of the row, of which one forecast is made and the sequences are counted.
+//! Where there are too many combinations, the steps of the axes with most classes fall into classes
+//! of similar cost, whatever their operators.
 
 use std::collections::HashMap;
 
@@ -14,23 +16,27 @@ use super::row::Piece;
 use crate::error::AnswerError;
 use crate::kind::forecast;
 
-/// The largest number of pieces. The axis with most classes does without them as long as there are
-/// more, and its points are taken to be alike.
+/// The largest number of pieces.
 const MOST_PIECES: usize = 100_000;
+
+/// The ratio of costs that count as similar.
+const SIMILAR: f64 = 1.2;
 
 /// A group of axes, its steps in classes.
 struct ClassedGroup {
     stride: Stride,
     /// The steps of each class, in order.
     classes: Vec<Vec<usize>>,
-    /// True if the steps differ, and there were too many classes to keep them apart.
-    is_blurred: bool,
+    /// The costs of the steps of each class, with the other groups at three places.
+    costs: Vec<[u128; 3]>,
+    /// The number of times that classes were merged since there were too many.
+    blurs: usize,
 }
 
 /// The sequences of a study by the classes of their steps.
 pub(super) struct Lattice {
-    /// The groups that tell sequences apart, the blurred ones first, so that what they change
-    /// changes as rarely as it can.
+    /// The groups that tell sequences apart, first those whose classes were merged, so that what
+    /// they change changes as rarely as it can.
     groups: Vec<ClassedGroup>,
     /// The groups along the sequences.
     along: Vec<Stride>,
@@ -57,7 +63,7 @@ impl Lattice {
             .map(|group| classed(study, &strides, group))
             .collect::<Result<Vec<_>, _>>()?;
         blur(&mut groups);
-        groups.sort_by_key(|group| !group.is_blurred);
+        groups.sort_by_key(|group| group.blurs == 0);
 
         let count = groups.iter().map(|group| group.classes.len()).product::<usize>();
         let combination = |number: usize| {
@@ -74,7 +80,7 @@ impl Lattice {
             let steps = groups
                 .iter()
                 .zip(classes)
-                .map(|(group, class)| group.classes[*class as usize][0] * group.stride.distance);
+                .map(|(group, class)| group.middle(*class) * group.stride.distance);
             weight(study, steps.sum())
         };
         let weights = pieces.par_iter().map(first).collect::<Result<Vec<_>, _>>()?;
@@ -91,7 +97,8 @@ impl Lattice {
             let count =
                 sizes.map(|(group, class)| group.classes[*class as usize].len() as u64).product();
             let Weight { cost, operator } = weights[*piece];
-            Piece { cost: cost * u128::from(points), count, points, operator }
+            let cost = cost * u128::from(points);
+            Piece { cost, weight: cost, count, points, operator }
         });
         let row = row.collect();
         pieces = order.iter().map(|piece| std::mem::take(&mut pieces[*piece])).collect();
@@ -135,17 +142,21 @@ fn classed(study: &Study, strides: &[Stride], group: usize) -> Result<ClassedGro
         (0..stride.length).into_par_iter().map(weights).collect::<Result<Vec<_>, AnswerError>>()?;
     let mut known = HashMap::new();
     let mut classes: Vec<Vec<usize>> = Vec::new();
+    let mut costs = Vec::new();
     for (step, weights) in weights.into_iter().enumerate() {
         let class = *known.entry(weights).or_insert(classes.len());
         match classes.get_mut(class) {
             Some(steps) => steps.push(step),
-            None => classes.push(vec![step]),
+            None => {
+                costs.push(weights.map(|weight| weight.cost));
+                classes.push(vec![step]);
+            }
         }
     }
-    Ok(ClassedGroup { stride, classes, is_blurred: false })
+    Ok(ClassedGroup { stride, classes, costs, blurs: 0 })
 }
 
-/// Gives up the classes of the groups that have most until there are few enough pieces.
+/// Merges classes of the groups that have most until there are few enough pieces.
 fn blur(groups: &mut [ClassedGroup]) {
     loop {
         let product = groups
@@ -155,8 +166,35 @@ fn blur(groups: &mut [ClassedGroup]) {
             return;
         }
         let Some(most) = groups.iter_mut().max_by_key(|group| group.classes.len()) else { return };
-        most.classes = vec![(0..most.stride.length).collect()];
-        most.is_blurred = true;
+        most.blur();
+    }
+}
+
+impl ClassedGroup {
+    /// Returns the step in the middle of a class, which stands for those that are only similar.
+    fn middle(&self, class: u32) -> usize {
+        let steps = &self.classes[class as usize];
+        steps[steps.len() / 2]
+    }
+
+    /// Merges classes of similar cost; the more often it was done, the less similar they need be.
+    fn blur(&mut self) {
+        let ratio = SIMILAR.powi(1 << self.blurs.min(20));
+        let bin = |cost: u128| ((cost as f64).ln() / ratio.ln()).floor() as i64;
+        let mut known = HashMap::new();
+        let (mut classes, mut costs): (Vec<Vec<usize>>, Vec<[u128; 3]>) = (Vec::new(), Vec::new());
+        for (steps, cost) in std::mem::take(&mut self.classes).into_iter().zip(&self.costs) {
+            let class = *known.entry(cost.map(bin)).or_insert(classes.len());
+            match classes.get_mut(class) {
+                Some(known) => known.extend(steps),
+                None => {
+                    classes.push(steps);
+                    costs.push(*cost);
+                }
+            }
+        }
+        classes.iter_mut().for_each(|steps| steps.sort_unstable());
+        (self.classes, self.costs, self.blurs) = (classes, costs, self.blurs + 1);
     }
 }
 

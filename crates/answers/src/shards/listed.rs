@@ -62,7 +62,7 @@ pub(super) fn list(study: &Study) -> Result<SequenceList, AnswerError> {
         let number = *by_first.entry(first).or_insert_with(|| {
             let bond = scene.map_or(Bond::Job(key), Bond::Scene);
             *by_bond.entry(bond).or_insert_with(|| {
-                pieces.push(Piece { cost: 0, count: 1, points: 0, operator });
+                pieces.push(Piece { cost: 0, weight: 0, count: 1, points: 0, operator });
                 members.push(Vec::new());
                 members.len() - 1
             })
@@ -77,16 +77,23 @@ pub(super) fn list(study: &Study) -> Result<SequenceList, AnswerError> {
     }
     let mut order: Vec<usize> = (0..pieces.len()).collect();
     order.sort_by_key(|number| operators[&pieces[*number].operator]);
-    let taken = |number: &usize| Piece { cost: pieces[*number].cost.max(1), ..pieces[*number] };
+    let taken = |number: &usize| {
+        let cost = pieces[*number].cost.max(1);
+        Piece { cost, weight: cost, ..pieces[*number] }
+    };
     Ok(SequenceList {
         pieces: order.iter().map(taken).collect(),
         members: order.iter().map(|number| std::mem::take(&mut members[*number])).collect(),
     })
 }
 
-/// Returns a time in whole nanoseconds, at least one.
+/// Returns a time in whole nanoseconds, at least one, of three digits: what machines compute may
+/// differ in the last bits.
 pub(super) fn nanoseconds(seconds: f64) -> u128 {
-    ((seconds * 1e9).round() as u128).max(1)
+    let exact = seconds * 1e9;
+    let digits = exact.max(1.0).log10().floor() as i32 - 2;
+    let unit = 10f64.powi(digits.max(0));
+    (((exact / unit).round() * unit) as u128).max(1)
 }
 
 /// Finds the first point of the sequence of any point.

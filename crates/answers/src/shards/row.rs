@@ -13,12 +13,21 @@ pub(super) struct Piece {
     /// The forecast of one sequence \[ns\], at least 1. Whole numbers make the same sums
     /// everywhere.
     pub(super) cost: u128,
+    /// The part of the row that one sequence takes: its cost, unless there is a reason to take more.
+    pub(super) weight: u128,
     /// The number of sequences.
     pub(super) count: u64,
     /// The number of points of each sequence.
     pub(super) points: u64,
     /// The operator that they share.
     pub(super) operator: u64,
+}
+
+impl Piece {
+    /// Returns the number of points of all its sequences.
+    fn all_points(&self) -> u128 {
+        u128::from(self.points) * u128::from(self.count)
+    }
 }
 
 /// The sequences of a piece that one shard has.
@@ -33,7 +42,7 @@ pub(super) struct Share {
 /// Pieces in a row, cut into shards.
 pub(super) struct SequenceRow {
     pieces: Vec<Piece>,
-    /// The cost of everything before each piece, and of everything.
+    /// The weight of everything before each piece, and of everything.
     starts: Vec<u128>,
     count: u32,
     /// The pieces of each shard, where they are dealt one by one instead of cut.
@@ -46,9 +55,39 @@ impl SequenceRow {
     pub(super) fn new(pieces: Vec<Piece>, count: u32) -> SequenceRow {
         let mut starts = vec![0];
         for piece in &pieces {
-            starts.push(starts[starts.len() - 1] + piece.cost * u128::from(piece.count));
+            starts.push(starts[starts.len() - 1] + piece.weight * u128::from(piece.count));
         }
         SequenceRow { pieces, starts, count, dealt: None }
+    }
+
+    /// Cuts a row so that no shard has more than `most` points, if that can be. Where the cheap
+    /// sequences are very many, every sequence counts as if it took some more time, the same for
+    /// each point, and no more of it than is needed.
+    pub(super) fn bounded(pieces: Vec<Piece>, count: u32, most: u64) -> SequenceRow {
+        let points: u128 = pieces.iter().map(Piece::all_points).sum();
+        let row = SequenceRow::new(pieces.clone(), count);
+        let mean = (row.total() / points.max(1)).max(1);
+        let with_more = |sixteenths: u128| {
+            let raised = pieces.iter().map(|piece| {
+                let more = (mean * sixteenths / 16).max(1) * u128::from(piece.points);
+                Piece { weight: piece.cost + more, ..*piece }
+            });
+            SequenceRow::new(raised.collect(), count)
+        };
+        let is_bounded = |row: &SequenceRow| (0..count).all(|shard| row.points(shard) <= most);
+        if is_bounded(&row) {
+            return row;
+        }
+        let steps = (0..12).map(|power| 1 << power);
+        steps.map(with_more).find(is_bounded).unwrap_or(row)
+    }
+
+    /// Returns the number of points of a shard.
+    fn points(&self, shard: u32) -> u64 {
+        let of = |share: &Share| {
+            self.pieces[share.piece].points * (share.sequences.end - share.sequences.start)
+        };
+        self.shares(shard).iter().map(of).sum()
     }
 
     /// Cuts a row of single sequences, or deals them where cutting leaves a shard too full: the
@@ -128,16 +167,16 @@ impl SequenceRow {
     }
 
     /// Returns the number of sequences of a piece that belong to shards before the `shard`-th:
-    /// those with (start + (k + ½)·cost)·parts < shard·total.
+    /// those with (start + (k + ½)·weight)·parts < shard·total.
     fn before(&self, piece: usize, shard: u32) -> u64 {
-        let Piece { cost, count, .. } = self.pieces[piece];
+        let Piece { weight, count, .. } = self.pieces[piece];
         let parts = u128::from(self.count);
         let limit = 2 * u128::from(shard) * self.total();
-        let first_middle = (2 * self.starts[piece] + cost) * parts;
+        let first_middle = (2 * self.starts[piece] + weight) * parts;
         if limit <= first_middle {
             return 0;
         }
-        let number = (limit - first_middle).div_ceil(2 * cost * parts);
+        let number = (limit - first_middle).div_ceil(2 * weight * parts);
         number.min(u128::from(count)) as u64
     }
 }
@@ -147,7 +186,7 @@ mod tests {
     use super::*;
 
     fn piece(cost: u128, count: u64) -> Piece {
-        Piece { cost, count, points: 1, operator: 0 }
+        Piece { cost, weight: cost, count, points: 1, operator: 0 }
     }
 
     /// Returns the number of the shard of every sequence, and the load of every shard.
@@ -202,6 +241,17 @@ mod tests {
         // One that is longer than the mean sets the pace, and nothing else is in its shard.
         let row = SequenceRow::evened([1, 1, 1, 90, 1].map(|cost| piece(cost, 1)).to_vec(), 3);
         assert_eq!(shards(&row).1, [90, 2, 2]);
+    }
+
+    #[test]
+    fn cheap_sequences_are_not_more_than_a_shard_may_have() {
+        let pieces = vec![piece(1000, 1_000_000), piece(1_000_000, 1_000_000)];
+        let cut = SequenceRow::new(pieces.clone(), 100);
+        let bounded = SequenceRow::bounded(pieces, 100, 30_000);
+        let most = |row: &SequenceRow| (0..100).map(|shard| row.points(shard)).max().unwrap();
+        assert!(most(&cut) > 900_000 && most(&bounded) <= 30_000, "{}", most(&bounded));
+        let (found, _) = shards(&bounded);
+        assert!(found.into_iter().flatten().is_sorted());
     }
 
     #[test]

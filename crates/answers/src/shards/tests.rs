@@ -123,6 +123,57 @@ fn lines_ladders_and_points_of_one_scene_stay_whole() {
     }
 }
 
+/// Returns a study that is too large to be listed.
+fn large(sweep: &str) -> Study {
+    let text = format!("{}[sweep]\n{sweep}", SPHERE.replace("mesh = 8\n", ""));
+    let study = Study::parse_sharded(&text, "large.toml", &mut |_| Err(String::new()))
+        .unwrap_or_else(|error| panic!("{}", error.render(false)));
+    assert!(!study.is_listed());
+    study
+}
+
+/// Coarse meshes cost next to nothing beside fine ones, and still no run takes very many of them.
+#[test]
+fn no_shard_has_more_points_than_a_run_takes_if_that_can_be() {
+    let study = large(
+        "\"friction.mu\" = { from = 0.01, to = 0.9, count = 1000 }\n\
+         \"loading.steps[0].approach\" = { from = \"1 um\", to = \"20 um\", count = 1000 }\n\
+         mesh = [4, 256]\n",
+    );
+    let partition = Partition::of(&study, 20).unwrap();
+    let loads: Vec<ShardLoad> = (1..=20).map(|index| partition.load(shard(index, 20))).collect();
+    assert_eq!(loads.iter().map(|load| load.points).sum::<u64>(), 2_000_000);
+    assert!(loads.iter().all(|load| load.points <= 200_000), "{loads:?}");
+    // Ten shards cannot hold them, which is said before they are listed.
+    let few = Partition::of(&study, 9).unwrap();
+    let refused = (1..=9).map(|index| few.part(&study, shard(index, 9)));
+    let words = refused.filter_map(Result::err).map(|error| error.to_string());
+    assert!(words.into_iter().any(|words| words.contains("more than 200000")));
+}
+
+/// There are too many combinations of meshes and Poisson's ratios to keep them apart.
+#[test]
+fn similar_costs_stand_for_each_other_where_there_are_too_many() {
+    let meshes: Vec<String> = (4..404).map(|n: u32| n.to_string()).collect();
+    let study = large(&format!(
+        "\"foundation.base.poisson\" = {{ from = 0.0, to = 0.49, count = 400 }}\n\
+         \"punch.radius\" = {{ from = \"10 mm\", to = \"50 mm\", count = 4 }}\nmesh = [{}]\n",
+        meshes.join(", ")
+    ));
+    // The mesh is the fastest axis, and the only one that changes a forecast by much.
+    let seconds: Vec<f64> = (0..400)
+        .map(|index| forecast(&study.point(index).unwrap().job, study.surfaces()).unwrap().seconds)
+        .collect();
+    let partition = Partition::of(&study, 64).unwrap();
+    let parts: Vec<Vec<usize>> =
+        (1..=64).map(|index| partition.indices(shard(index, 64))).collect();
+    assert_eq!(parts.iter().map(Vec::len).sum::<usize>(), study.len());
+    let load = |part: &Vec<usize>| part.iter().map(|index| seconds[index % 400]).sum::<f64>();
+    let loads: Vec<f64> = parts.iter().map(load).collect();
+    let mean = loads.iter().sum::<f64>() / 64.0;
+    assert!(loads.iter().all(|load| (load / mean - 1.0).abs() < 0.15), "{loads:?} {mean}");
+}
+
 #[test]
 fn a_study_of_a_thousand_million_points_is_cut_without_listing_it() {
     let axis = |name: &str, from: &str, to: &str| {

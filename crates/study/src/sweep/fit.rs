@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 use toml::de::{DeTable, DeValue};
 
 use super::range::is_range;
-use crate::axis::{Choice, Group, MAX_AXES, MAX_ENTRIES, MAX_POINTS, SweepAxis, Target, count};
+use crate::axis::{Choice, Group, MAX_AXES, MAX_ENTRIES, MAX_POINTS, SweepAxis, Target};
 use crate::error::{Mistake, are_enough};
 use crate::key::Key;
 use crate::read::Node;
@@ -143,13 +143,13 @@ pub(super) fn refuse_overlaps(groups: &[Group], mistakes: &mut Vec<Mistake>) {
     }
 }
 
-/// Refuses points whose load steps and layers are too many in all, although each has no more than
-/// it may.
-pub(crate) fn refuse_too_many_entries(
+/// Returns the mistake of so many points whose load steps and layers are too many in all, although
+/// each has no more than it may.
+pub(crate) fn too_many_entries(
     groups: &[Group],
     base: &[(Key, Given)],
-    mistakes: &mut Vec<Mistake>,
-) {
+    points: usize,
+) -> Option<Mistake> {
     let choices = groups.iter().flat_map(|group| &group.axes).flat_map(|axis| &axis.choices);
     let given = || base.iter().chain(choices.clone().flat_map(|choice| &choice.given));
     let longest = |list: Key| {
@@ -159,19 +159,15 @@ pub(crate) fn refuse_too_many_entries(
         });
         lengths.max().unwrap_or(0)
     };
-    let (points, entries) =
-        (count(groups).unwrap_or(0), longest(Key::Layers) + longest(Key::Steps));
-    // No run has more points than that.
-    let points = points.min(MAX_POINTS);
-    if points.saturating_mul(entries) > MAX_ENTRIES {
-        let place =
-            groups.iter().flat_map(|group| &group.axes).max_by_key(|axis| axis.choices.len());
-        mistakes.push(Mistake::new(
+    let entries = longest(Key::Layers) + longest(Key::Steps);
+    let place = groups.iter().flat_map(|group| &group.axes).max_by_key(|axis| axis.choices.len());
+    (points.saturating_mul(entries) > MAX_ENTRIES).then(|| {
+        Mistake::new(
             place.map_or(0..0, |axis| axis.span.clone()),
             format!("{points} points with up to {entries} load steps and layers each"),
             format!("must be at most {MAX_ENTRIES} in all"),
-        ));
-    }
+        )
+    })
 }
 
 /// Refuses axes over a key in whose place the scene gives another.
