@@ -63,6 +63,7 @@ struct ExportState {
     blobs: Blobs,
     /// The path of the study file as it was given.
     file: PathBuf,
+    partition: Option<String>,
     /// The records that the file had when the run began.
     earlier: HashMap<JobKey, Digest>,
     /// The results in the file, and whether each is certified.
@@ -82,14 +83,21 @@ pub(crate) struct ExportPlace {
     pub(crate) shard: ShardName,
     /// The path of the study file as it was given.
     pub(crate) file: PathBuf,
+    /// The digest of the partition, if the study was cut.
+    pub(crate) partition: Option<String>,
 }
 
 impl ExportPlace {
     /// Returns the export of a shard in a directory.
-    pub(crate) fn of(directory: &Path, shard: ShardName, file: &Path) -> Self {
+    pub(crate) fn of(
+        directory: &Path,
+        shard: ShardName,
+        file: &Path,
+        partition: Option<String>,
+    ) -> Self {
         let ShardName { study, index, count } = &shard;
         let path = directory.join(format!("{study}.{index}-of-{count}.tribosweep"));
-        Self { path, shard, file: file.to_owned() }
+        Self { path, shard, file: file.to_owned(), partition }
     }
 }
 
@@ -101,7 +109,7 @@ impl Exporter {
         store: &Store,
         interrupt: &Interrupt,
     ) -> Result<Self> {
-        let ExportPlace { path, shard, file } = place;
+        let ExportPlace { path, shard, file, partition } = place;
         let header =
             ExportHeader { program: env!("CARGO_PKG_VERSION").to_owned(), shard: Some(shard) };
         let mut writer = ExportWriter::open(&path, &header)?;
@@ -120,6 +128,7 @@ impl Exporter {
                 writer,
                 blobs: store.blobs().clone(),
                 file,
+                partition,
                 earlier,
                 results: HashMap::new(),
                 jobs: 0,
@@ -309,6 +318,7 @@ impl ExportState {
                 left: self.jobs.saturating_sub(self.results.len()) as u64,
                 finished: is_finished,
                 file: Some(self.file.display().to_string()),
+                partition: self.partition.clone(),
             };
             self.writer.note(&note.to_bytes());
         }

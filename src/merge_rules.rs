@@ -67,6 +67,8 @@ pub(crate) struct ShardNote {
     pub(crate) finished: bool,
     /// The path of the study's file as it was given.
     pub(crate) file: Option<String>,
+    /// The digest of the partition; shards of different ones may leave out points.
+    pub(crate) partition: Option<String>,
 }
 
 impl ShardNote {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use answers::shards::{Partition, Shard};
 use anyhow::{Context, Result};
+use store::Digest;
 use study::edit::EditError;
 use study::{NamedFile, ReadFile, Study};
 
@@ -19,6 +20,8 @@ pub(crate) fn read_study(path: &Path) -> Result<Study> {
 pub(crate) struct StudyShard {
     pub(crate) study: Study,
     pub(crate) shard: Shard,
+    /// The digest of the partition, if the study was cut.
+    pub(crate) partition: Option<String>,
 }
 
 /// Reads a study file, which may have more points than one run takes.
@@ -30,10 +33,14 @@ pub(crate) fn read_large_study(path: &Path) -> Result<Study> {
 /// Reads a study file, and takes the part of it that is chosen; without a choice, all of it.
 pub(crate) fn read_shard(path: &Path, choice: Option<ShardChoice>) -> Result<StudyShard> {
     let Some(choice) = choice else {
-        return Ok(StudyShard { study: read_study(path)?, shard: Shard::WHOLE });
+        let study = read_study(path)?;
+        return Ok(StudyShard { study, shard: Shard::WHOLE, partition: None });
     };
     let shard = choice.shard()?;
-    Ok(StudyShard { study: part(&read_large_study(path)?, shard)?, shard })
+    let whole = read_large_study(path)?;
+    let partition = Partition::of(&whole, shard.count())?;
+    let digest = Digest::of(&partition.identity()).to_string()[..16].to_owned();
+    Ok(StudyShard { study: partition.part(&whole, shard)?, shard, partition: Some(digest) })
 }
 
 /// Returns a part of a study.

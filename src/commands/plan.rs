@@ -59,7 +59,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     if let Some(shards) = args.shards {
         return plan_shards(&read_large_study(&args.study)?, shards, args.json);
     }
-    let StudyShard { study, shard } = read_shard(&args.study, args.shard)?;
+    let StudyShard { study, shard, .. } = read_shard(&args.study, args.shard)?;
     let mut jobs = JobList::of(&study)?;
     let reader = match read_store(&args.store.store) {
         Ok(reader) => Some(reader),

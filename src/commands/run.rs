@@ -18,7 +18,7 @@ use crate::study_file::{StudyShard, read_shard};
 
 /// Launches a study or continues it.
 pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
-    let StudyShard { study, shard } = read_shard(&args.study, args.shard)?;
+    let StudyShard { study, shard, partition } = read_shard(&args.study, args.shard)?;
     if args.shard.is_none() && args.export.is_none() {
         return execute(study, &usual(args), &args.execution, None);
     }
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
     }
     let name =
         ShardName { study: study.name().to_owned(), index: shard.index(), count: shard.count() };
-    let export = ExportPlace::of(exports, name, &args.study);
+    let export = ExportPlace::of(exports, name, &args.study, partition);
     part.results.clone_from(&export.path);
     part.export = Some(export);
     match &args.store {

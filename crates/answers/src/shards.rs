@@ -167,6 +167,11 @@ impl Partition {
         self.row.longest() as f64 * 1e-9
     }
 
+    /// Returns bytes that are the same wherever the study is cut into the same shards.
+    pub fn identity(&self) -> Vec<u8> {
+        self.row.identity()
+    }
+
     /// Returns the work of a shard.
     pub fn load(&self, shard: Shard) -> ShardLoad {
         let mut load = ShardLoad::default();

@@ -124,6 +124,17 @@ impl SequenceRow {
         self.count
     }
 
+    /// Returns bytes that two rows share only if they are cut in the same way.
+    pub(super) fn identity(&self) -> Vec<u8> {
+        let mut bytes = self.count.to_le_bytes().to_vec();
+        for Piece { weight, count, points, .. } in &self.pieces {
+            bytes.extend_from_slice(&weight.to_le_bytes());
+            bytes.extend_from_slice(&count.to_le_bytes());
+            bytes.extend_from_slice(&points.to_le_bytes());
+        }
+        bytes
+    }
+
     pub(super) fn piece(&self, piece: usize) -> Piece {
         self.pieces[piece]
     }
