@@ -93,6 +93,45 @@ mod tests {
     }
 
     #[test]
+    fn fields_are_the_same_wherever_they_are_kept() {
+        let directory = tempfile::tempdir().unwrap();
+        let store = store::Store::open(directory.path()).unwrap();
+        let record = |fields| study::Record {
+            physics: 1,
+            job: "a job".to_owned(),
+            ending: study::Ending::Quarantined { reason: "a reason".to_owned(), attempts: 3 },
+            fields: Some(fields),
+            provenance: study::Provenance::default(),
+        };
+        let inside = store.blobs().keep(&[7; 100]).unwrap();
+        assert!(matches!(inside, KeptFields::Inside(_)));
+        let fingerprint = |fields| (RULES.fingerprint)(&record(fields).encode());
+        let in_file = |content: &[u8]| KeptFields::Blob(Digest::of(content).0);
+        assert_eq!(fingerprint(inside.clone()), fingerprint(in_file(&[7; 100])));
+        assert_ne!(fingerprint(inside), fingerprint(in_file(&[8; 100])));
+    }
+
+    #[test]
+    fn records_have_a_rank_and_are_bound_to_their_job() {
+        let record = study::Record {
+            physics: 1,
+            job: "a job".to_owned(),
+            ending: study::Ending::Quarantined { reason: "a reason".to_owned(), attempts: 3 },
+            fields: Some(KeptFields::Blob([7; 32])),
+            provenance: study::Provenance::default(),
+        };
+        let examine = |key: &identity::JobKey, bytes: &[u8]| (RULES.examine)(key, bytes);
+        let found = examine(&record.key(), &record.encode()).unwrap();
+        assert_eq!(found.rank, RecordRank::Unfinished);
+        assert_eq!(found.references, [Digest([7; 32])]);
+        let other = identity::JobKey([1; 32]);
+        let reason = examine(&other, &record.encode()).unwrap_err();
+        assert_eq!(reason, "it is the record of another job");
+        assert_eq!(examine(&other, &[1, 1]).unwrap().rank, RecordRank::Foreign);
+        assert!(examine(&other, &record.encode()[..9]).is_err());
+    }
+
+    #[test]
     fn a_definition_is_the_same_wherever_its_file_is() {
         let text = "name = \"x\"\n[scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson \
                     = 0.3 }\npunch = { shape = \"sphere\", radius = \"1 mm\" }\nloading.steps = [{ \

@@ -1,7 +1,7 @@
 //! The report of a merge: what was added, what contradicts, and what is missing with the command
 //! that computes it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
@@ -84,7 +84,7 @@ fn sharded(shards: &[ShardState], places: &ShardPlaces) -> Vec<ShardedStudy> {
             progress,
             command: places.command(&file, shard, count),
         };
-        let is_there = |shard: &u32| states.iter().any(|state| state.shard.index == *shard);
+        let there: BTreeSet<u32> = states.iter().map(|state| state.shard.index).collect();
         let unfinished = states.iter().filter_map(|state| {
             let note = state.note.as_deref().and_then(ShardNote::of);
             let progress = match note {
@@ -100,7 +100,7 @@ fn sharded(shards: &[ShardState], places: &ShardPlaces) -> Vec<ShardedStudy> {
             study: study.to_owned(),
             shards: count,
             present: states.len(),
-            missing: (1..=count).filter(|i| !is_there(i)).map(|i| to_run(i, None)).collect(),
+            missing: (1..=count).filter(|i| !there.contains(i)).map(|i| to_run(i, None)).collect(),
             unfinished: unfinished.collect(),
         }
     };
@@ -184,7 +184,8 @@ fn versions(readers: &[StoreReader]) -> Vec<String> {
     others.into_iter().map(words).collect()
 }
 
-/// Prints the report of a merge of what `readers` read into `target`.
+/// Prints the report of a merge of what `readers` read into `target`, and says what is missing of
+/// studies that came in shards.
 pub(crate) fn print_report(
     report: &MergeReport,
     readers: &[StoreReader],
@@ -192,7 +193,26 @@ pub(crate) fn print_report(
     json: bool,
 ) -> anyhow::Result<Finish> {
     let places = ShardPlaces { readers, exports: directory_of(readers) };
-    let sharded = sharded(&report.shards, &places);
+    print(report, readers, target, json, &sharded(&report.shards, &places))
+}
+
+/// Prints the report of an export, which is of what is there.
+pub(crate) fn print_export(
+    report: &MergeReport,
+    reader: StoreReader,
+    target: &Path,
+    json: bool,
+) -> anyhow::Result<Finish> {
+    print(report, &[reader], target, json, &[])
+}
+
+fn print(
+    report: &MergeReport,
+    readers: &[StoreReader],
+    target: &Path,
+    json: bool,
+    sharded: &[ShardedStudy],
+) -> anyhow::Result<Finish> {
     let versions = versions(readers);
     let is_whole =
         sharded.iter().all(|study| study.missing.is_empty() && study.unfinished.is_empty());

@@ -243,7 +243,7 @@ fn export(store: StoreReader, file: &Path, studies: &[String], json: bool) -> Re
     }
     let program = env!("CARGO_PKG_VERSION");
     let done = merge_into_export(file, program, &[&store], &RULES, &selection)?;
-    merged::print_report(&done, &[store], file, json)
+    merged::print_export(&done, store, file, json)
 }
 
 /// Merges stores and exports into the store or the export `target`.

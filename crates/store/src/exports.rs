@@ -27,6 +27,9 @@ pub(crate) const EXTENSION: &str = "tribosweep";
 /// frame, because a process may have few files open and a study many shards.
 const OPEN_FILES: usize = 128;
 
+/// The largest number of shards that a study may be in. What is missing is listed one by one.
+pub const SHARD_LIMIT: u32 = 1 << 16;
+
 /// The first words of an export: whose it is.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ExportHeader {
@@ -84,6 +87,15 @@ pub struct ExportSummary {
     pub unfinished: u64,
     /// The damage in words.
     pub damage: Vec<String>,
+}
+
+impl ExportSummary {
+    /// Lists the shards whose results are in the file, with their last notes.
+    pub fn shards(&self) -> Vec<ShardState> {
+        let shard = self.header.shard.clone();
+        let state = shard.map(|shard| ShardState { shard, note: self.note.clone() });
+        state.into_iter().chain(self.parts.iter().cloned()).collect()
+    }
 }
 
 /// The place of a record in a set of exports.
@@ -379,9 +391,13 @@ impl ExportFile {
 
 /// Refuses the name of a shard that cannot be.
 pub(crate) fn require_possible(shard: &ShardName) -> Result<(), String> {
-    match (1..=shard.count).contains(&shard.index) {
+    let ShardName { index, count, .. } = shard;
+    if *count > SHARD_LIMIT {
+        return Err(format!("is of {count} shards, and a study may be in {SHARD_LIMIT}"));
+    }
+    match (1..=*count).contains(index) {
         true => Ok(()),
-        false => Err(format!("is of shard {} of {}, which cannot be", shard.index, shard.count)),
+        false => Err(format!("is of shard {index} of {count}, which cannot be")),
     }
 }
 
@@ -777,6 +793,11 @@ mod tests {
             (
                 FrameKind::Header,
                 br#"{"program":"x","shard":{"study":"s","index":0,"count":0}}"#.to_vec(),
+                vec![],
+            ),
+            (
+                FrameKind::Header,
+                br#"{"program":"x","shard":{"study":"s","index":1,"count":4294967295}}"#.to_vec(),
                 vec![],
             ),
             (FrameKind::Header, b"[]".to_vec(), vec![]),

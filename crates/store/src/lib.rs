@@ -74,7 +74,7 @@ pub use blob::Blobs;
 pub use digest::{Digest, ParseDigestError};
 pub use error::{OpenError, ReadError, WriteError};
 pub use export::{ExportError, ExportWriter};
-pub use exports::{ExportHeader, ExportSummary, ShardName, ShardState};
+pub use exports::{ExportHeader, ExportSummary, SHARD_LIMIT, ShardName, ShardState};
 pub use merge::{
     MergeError, MergeReport, MergeSelection, RecordConflict, merge_into_export, require_mergeable,
 };

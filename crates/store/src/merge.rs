@@ -167,12 +167,7 @@ impl MergeSource<'_> {
 
     fn shards(&self) -> Vec<ShardState> {
         match &self.export {
-            Some((set, number)) => {
-                let summary = &set.files[*number as usize].summary;
-                let shard = summary.header.shard.clone();
-                let state = shard.map(|shard| ShardState { shard, note: summary.note.clone() });
-                state.into_iter().chain(summary.parts.iter().cloned()).collect()
-            }
+            Some((set, number)) => set.files[*number as usize].summary.shards(),
             None => parts::read(&self.path),
         }
     }

@@ -14,9 +14,10 @@ use crate::connection::Connection;
 use crate::database::RECORDS;
 use crate::digest::Digest;
 use crate::error::{OpenError, ReadError};
-use crate::exports::{ExportSet, ExportSummary};
+use crate::exports::{ExportSet, ExportSummary, ShardState};
 use crate::lock::{self, Holder};
 use crate::manifest::{self, Manifest, Unreadable};
+use crate::parts;
 use crate::replica::Replica;
 use crate::rules::MergeRules;
 use crate::serve::first_records;
@@ -365,6 +366,15 @@ impl StoreReader {
         self.export_set().map_or_else(Vec::new, |exports| {
             exports.files.iter().map(|file| file.summary.clone()).collect()
         })
+    }
+
+    /// Lists the shards whose results are here, with their last notes. One that is in several files
+    /// is listed for each.
+    pub fn shards(&self) -> Vec<ShardState> {
+        match self.export_set() {
+            Some(set) => set.files.iter().flat_map(|file| file.summary.shards()).collect(),
+            None => parts::read(&self.directory),
+        }
     }
 
     /// Returns the exports that are read, if it is exports.
