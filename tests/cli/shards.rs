@@ -158,6 +158,7 @@ fn two_machines_that_disagree_are_both_named() {
             "{conflict}"
         );
         assert!(said.out.contains("added 5 records"), "{}", said.out);
+        assert!(said.out.contains("1 export is by version 0.0.1 of the program: "), "{}", said.out);
         let merged = Store::read(&place.path("merged")).unwrap();
         assert!(!merged.keys().unwrap().iter().any(|job| job.to_string() == key));
         drop(merged);

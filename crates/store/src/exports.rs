@@ -489,7 +489,11 @@ fn exports_at(path: &Path) -> Result<Option<Vec<PathBuf>>, OpenError> {
             entry.map_err(|error| OpenError::io("look into", Wanted::Read, path, error))?.path();
         let is_hidden =
             entry.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
-        if !is_hidden && entry.extension().is_some_and(|extension| extension == EXTENSION) {
+        // A store may have such a name too.
+        if !is_hidden
+            && !entry.is_dir()
+            && entry.extension().is_some_and(|extension| extension == EXTENSION)
+        {
             files.push(entry);
         }
     }

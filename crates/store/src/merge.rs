@@ -634,8 +634,8 @@ fn examined<'r>(
 impl Store {
     /// Adds the studies, the records and the blobs of stores and exports to this store. The order
     /// of the sources does not matter, and to do it again changes nothing. A merge that was cut
-    /// short is completed by the next one. Two different results of one job are a conflict: nothing of
-    /// that job is changed. What is damaged is left out and said.
+    /// short is completed by the next one. Two different results of one job are a conflict: nothing
+    /// of that job is changed. What is damaged is left out and said.
     ///
     /// # Errors
     /// [`MergeError::StudiesDiffer`] and [`MergeError::ShardCounts`] before anything is written,

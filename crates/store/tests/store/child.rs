@@ -5,7 +5,9 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use store::{ExportHeader, ExportWriter, OpenError, ShardName, Store};
+use store::{
+    ExportHeader, ExportWriter, MergeSelection, OpenError, ShardName, Store, merge_into_export,
+};
 
 use super::{RULES, key, record, records};
 
@@ -139,6 +141,13 @@ fn plays_its_part() {
         "fill" => fill(&directory, first),
         "export" => export(&directory),
         "merge" => merge(&directory),
+        "merge into export" => {
+            let reader = Store::read_by(&directory.join("exports"), &RULES).unwrap();
+            say("begins");
+            let (target, all) = (directory.join("all.tribosweep"), MergeSelection::default());
+            let report = merge_into_export(&target, "0.1.0", &[&reader], &RULES, &all).unwrap();
+            say(format!("added {}, already there {}", report.added, report.already_there));
+        }
         other => panic!("no such part: {other}"),
     }
 }

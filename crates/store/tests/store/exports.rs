@@ -56,6 +56,9 @@ fn an_export_is_read_like_a_store() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("out/three.tribosweep");
     small(&path, &blobs(directory.path()));
+    // Neither a store of such a name nor what was being written is an export.
+    drop(Store::open(&path.parent().unwrap().join("store.tribosweep")).unwrap());
+    fs::write(path.with_file_name(".unfinished-three.tribosweep-x1"), "half").unwrap();
     for place in [path.as_path(), path.parent().unwrap()] {
         let reader = Store::read(place).unwrap();
         assert_eq!(reader.origin(), RecordOrigin::Exports { count: 1 });
@@ -90,7 +93,7 @@ fn an_export_is_read_like_a_store() {
     assert!(matches!(Store::open(path.parent().unwrap()), Err(OpenError::OnlyRead { .. })));
     assert!(matches!(Store::open(&path), Err(OpenError::OnlyRead { .. })));
     assert!(matches!(Store::open_existing(&path), Err(OpenError::OnlyRead { .. })));
-    assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+    assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 3);
 }
 
 #[test]
