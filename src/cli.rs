@@ -75,7 +75,7 @@ pub(crate) enum Command {
         after_help = "Examples:\n  tribosweep solve sweeps/sphere.toml\n  tribosweep solve sweeps/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state"
     )]
     Solve(SolveArgs),
-    /// Check or tidy the store
+    /// Check and tidy the store, export and merge stores
     #[command(subcommand)]
     Store(StoreCommand),
     /// Print a completion script for a shell
