@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io;
 use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::SystemTime;
 
 use identity::JobKey;
@@ -466,6 +466,9 @@ pub(crate) struct ExportSet {
     pub(crate) files: Vec<ExportFile>,
     /// The records of all files, in the order of their keys and then of the files.
     places: Vec<RecordPlace>,
+    /// The numbers of those places in the order in which the records stand in the files, made when
+    /// a file is first read from its beginning to its end.
+    as_they_stand: OnceLock<Vec<u32>>,
     rules: Option<MergeRules>,
 }
 
@@ -520,8 +523,13 @@ impl ExportSet {
         }
         places.sort_unstable_by_key(|place| (place.key, place.file));
         places.shrink_to_fit();
-        let set = ExportSet { path: path.to_owned(), files, places, rules: rules.copied() };
-        Ok(Some(Arc::new(set)))
+        Ok(Some(Arc::new(ExportSet {
+            path: path.to_owned(),
+            files,
+            places,
+            as_they_stand: OnceLock::new(),
+            rules: rules.copied(),
+        })))
     }
 
     /// Returns the keys of all records in ascending order.
@@ -542,9 +550,26 @@ impl ExportSet {
         !self.places(key).is_empty()
     }
 
-    /// Returns the keys of the records in one file in ascending order.
+    /// Returns the places of the records in one file, in the order in which they stand there.
+    fn places_in(&self, file: u32) -> impl Iterator<Item = &RecordPlace> {
+        let numbers = self.as_they_stand.get_or_init(|| {
+            let mut numbers: Vec<u32> = (0..self.places.len() as u32).collect();
+            numbers.sort_unstable_by_key(|number| {
+                let RecordPlace { file, frame, offset, .. } = self.places[*number as usize];
+                // An empty record stands at the same place as the next one.
+                ((file, frame), (offset, *number))
+            });
+            numbers
+        });
+        let file_of = |number: &u32| self.places[*number as usize].file;
+        let start = numbers.partition_point(|number| file_of(number) < file);
+        let end = numbers.partition_point(|number| file_of(number) <= file);
+        numbers[start..end].iter().map(|number| &self.places[*number as usize])
+    }
+
+    /// Returns the keys of the records in one file.
     pub(crate) fn keys_of(&self, file: u32) -> impl Iterator<Item = JobKey> {
-        self.places.iter().filter(move |place| place.file == file).map(|place| place.key)
+        self.places_in(file).map(|place| place.key)
     }
 
     /// Visits those records of one file that are `wanted`, in the order in which they stand there.
@@ -554,9 +579,8 @@ impl ExportSet {
         wanted: impl Fn(&JobKey) -> bool,
         mut visit: impl FnMut(&JobKey, Result<&[u8], ReadError>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut places: Vec<&RecordPlace> =
-            self.places.iter().filter(|place| place.file == file && wanted(&place.key)).collect();
-        places.sort_by_key(|place| (place.frame, place.offset));
+        let places: Vec<&RecordPlace> =
+            self.places_in(file).filter(|place| wanted(&place.key)).collect();
         let Some(export) = self.files.get(file as usize) else { return Ok(()) };
         for group in places.chunk_by(|one, next| one.frame == next.frame) {
             let content = export.content(group[0].frame);

@@ -609,7 +609,9 @@ fn adopted(
     target: &mut MergeTarget,
 ) -> Result<Result<bool, ReadError>, MergeError> {
     let mut outcome = None;
-    for source in first.into_iter().chain(sources) {
+    // The exports that one reader reads have their blobs together.
+    let groups = sources.chunk_by(|one, next| std::ptr::eq(one.reader, next.reader));
+    for source in first.into_iter().chain(groups.filter_map(<[_]>::first)) {
         match (target.adopt(digest, source.reader.blobs())?, &outcome) {
             (Ok(is_new), _) => return Ok(Ok(is_new)),
             // The fault of the source of the record says most.
