@@ -2,9 +2,13 @@
 
 use std::path::PathBuf;
 
+use answers::shards::{MOST_SHARDS, Shard};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
+use crate::shard_choice::{ShardChoice, shard_choice};
+use crate::slurm::TimeLimit;
+use crate::time_budget::TimeBudget;
 
 /// Parameter studies of elastic contact with Coulomb friction.
 #[derive(Parser)]
@@ -13,7 +17,7 @@ use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
     version,
     about,
     disable_help_subcommand = true,
-    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 130 interrupted."
+    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 75 stopped in time (the same command goes on), 130 interrupted."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -24,12 +28,17 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Launch a study or continue it; what is in the store is not computed again
     #[command(
-        after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n\nCtrl-C once stops after the jobs in flight, twice stops now. Either way the same command continues."
+        after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n  tribosweep run sweeps/stick-zone.toml --until 55m\n  tribosweep run sweeps/stick-zone.toml --shard 3/16 --export exports     a part of it, on one of several machines\n\nCtrl-C once stops after the jobs in flight, twice stops now. SIGTERM and SIGUSR1 stop as --until does: no further job is begun, and jobs in flight are given up after 20 s. In every case the same command continues."
     )]
     Run(RunArgs),
+    /// Hand a study to a cluster: an array of shards, and a merge after it
+    #[command(
+        after_help = "Examples:\n  tribosweep submit sweeps/stick-zone.toml --shards 16 --cpus-per-task 8 --time 2:00:00\n  tribosweep submit sweeps/stick-zone.toml --shards 16 --dry-run      shows the scripts, submits nothing\n  tribosweep submit sweeps/stick-zone.toml --shards 16 -- --qos=long --constraint=haswell\n\nThe scripts and a copy of the study go to NAME-shards, the results to NAME-shards/NAME.tribosweep. A shard that runs out of time queues itself again and continues. The same line again submits the shards that are not finished."
+    )]
+    Submit(SubmitArgs),
     /// Say what a study would run: jobs, cached ones, predicted time and memory; runs nothing
     #[command(
-        after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json"
+        after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json\n  tribosweep plan sweeps/stick-zone.toml --shards 16     what each of 16 machines would have\n  tribosweep plan sweeps/stick-zone.toml --shard 3/16"
     )]
     Plan(PlanArgs),
     /// Measure what leaving effects out saves, on the first job of each group of jobs that call for
@@ -122,6 +131,11 @@ pub(crate) struct ExecutionArgs {
     /// available]
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub(crate) memory: Option<u64>,
+    /// Begin no job that would not end within this time, for example 55m or 1h30m, but always one,
+    /// and exit with code 75 if some are left. Jobs in flight may take a twentieth of it longer, at
+    /// most 20 s
+    #[arg(long, value_name = "DURATION", value_parser = TimeBudget::parse)]
+    pub(crate) until: Option<TimeBudget>,
     /// Print events as JSON lines on standard output instead of a progress bar
     #[arg(long)]
     pub(crate) json: bool,
@@ -131,16 +145,90 @@ pub(crate) struct ExecutionArgs {
 pub(crate) struct RunArgs {
     /// The study file
     pub(crate) study: PathBuf,
+    /// Run one of so many parts of the study, for example 3/16; auto takes both numbers from the
+    /// job array of a scheduler, auto/16 only the index
+    #[arg(long, value_name = "I/N", value_parser = shard_choice)]
+    pub(crate) shard: Option<ShardChoice>,
+    /// Write the results to a file in this directory while they come, and go on from what is there
+    #[arg(long, value_name = "DIR")]
+    pub(crate) export: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) execution: ExecutionArgs,
-    #[command(flatten)]
-    pub(crate) store: StoreArgs,
+    /// Directory of the store [default: .tribosweep; with --export a directory for temporary files,
+    /// which is removed when all is exported]
+    #[arg(long, env = STORE_VARIABLE, value_name = "DIR")]
+    pub(crate) store: Option<PathBuf>,
+}
+
+/// The schedulers of clusters.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Engine {
+    /// An array of batch jobs by `sbatch`
+    Slurm,
+}
+
+#[derive(Args)]
+pub(crate) struct SubmitArgs {
+    /// The study file
+    pub(crate) study: PathBuf,
+    /// The scheduler
+    #[arg(long, value_enum, default_value = "slurm")]
+    pub(crate) engine: Engine,
+    /// Parts of the study, each a job on one node
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SHARDS)))]
+    pub(crate) shards: u32,
+    /// Submit only these shards, separated by commas [default: those that are not finished]
+    #[arg(long, value_name = "SHARDS", value_delimiter = ',')]
+    pub(crate) only: Vec<u32>,
+    /// Shards that may run at the same time, each on a node [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) nodes: Option<u32>,
+    /// Processors of a shard, and so its workers
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) cpus_per_task: u32,
+    /// Memory of a shard as sbatch has it, for example 16G [default: the cluster's]
+    #[arg(long, value_name = "SIZE", value_parser = slurm_memory)]
+    pub(crate) mem: Option<String>,
+    /// Time of a shard as sbatch has it, for example 2:00:00 [default: the cluster's]
+    #[arg(long, value_name = "TIME")]
+    pub(crate) time: Option<TimeLimit>,
+    /// Partition of the cluster
+    #[arg(long, value_name = "NAME", value_parser = slurm_name)]
+    pub(crate) partition: Option<String>,
+    /// Account that pays
+    #[arg(long, value_name = "NAME", value_parser = slurm_name)]
+    pub(crate) account: Option<String>,
+    /// Times that a shard may start again
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub(crate) restarts: u32,
+    /// Directory for the scripts, the copy of the study and what the jobs say [default:
+    /// NAME-shards]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) directory: Option<PathBuf>,
+    /// Directory for the results of the shards [default: exports in the directory of the scripts]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) exports: Option<PathBuf>,
+    /// Print the scripts and commands; write and submit nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Other options for sbatch, each one word
+    #[arg(last = true, value_name = "SBATCH_OPTION")]
+    pub(crate) passed: Vec<String>,
 }
 
 #[derive(Args)]
 pub(crate) struct PlanArgs {
     /// The study file
     pub(crate) study: PathBuf,
+    /// Plan one of so many parts of the study, for example 3/16
+    #[arg(long, value_name = "I/N", value_parser = shard_choice)]
+    pub(crate) shard: Option<ShardChoice>,
+    /// Say what each of so many parts of the study would have
+    #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SHARDS)))]
+    pub(crate) shards: Option<u32>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -241,6 +329,9 @@ pub(crate) struct QueryArgs {
     /// One row for each increment of the loading paths; columns step, cycle and increment say which
     #[arg(long)]
     pub(crate) steps: bool,
+    /// Only the points of one of so many parts of the study, for example 3/16
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
     #[command(flatten)]
     pub(crate) store: StoreArgs,
 }
@@ -441,4 +532,21 @@ fn memory_size(text: &str) -> Result<u64, String> {
     } else {
         Err("must be at least one byte and below 16 EiB".to_owned())
     }
+}
+
+/// Checks a size of memory that `sbatch` takes.
+fn slurm_memory(text: &str) -> Result<String, String> {
+    let digits = text.strip_suffix(['K', 'M', 'G', 'T', 'k', 'm', 'g', 't']).unwrap_or(text);
+    if !digits.is_empty() && digits.len() < 12 && digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        Ok(text.to_owned())
+    } else {
+        Err("must be a whole number with K, M, G or T, for example 16G".to_owned())
+    }
+}
+
+/// Checks a name that `sbatch` takes.
+fn slurm_name(text: &str) -> Result<String, String> {
+    let is_name =
+        !text.is_empty() && !text.contains(char::is_whitespace) && wording::one_line(text) == text;
+    if is_name { Ok(text.to_owned()) } else { Err("must be a name without blanks".to_owned()) }
 }

@@ -16,6 +16,7 @@ mod show;
 mod solve;
 mod status;
 mod store;
+mod submit;
 mod worker;
 
 use anyhow::Result;
@@ -27,6 +28,7 @@ use crate::output::Finish;
 pub(crate) fn run(command: Command) -> Result<Finish> {
     match command {
         Command::Run(args) => run::run(&args),
+        Command::Submit(args) => submit::submit(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Effects(args) => effects::effects(&args),
         Command::Cost(args) => cost::cost(&args),

@@ -3,28 +3,48 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
+use answers::shards::Shard;
 use answers::{Results, choice, is_timed};
 use anyhow::{Context, Result, anyhow};
+use identity::JobKey;
 use indicatif::BinaryBytes;
-use runner::{Interrupt, Options, RunError};
+use runner::{EarlyEnd, Interrupt, Options, RunError, Want};
 use store::Store;
 use study::Study;
 
 use crate::cli::ExecutionArgs;
+use crate::exporting::{ExportPlace, Exporter};
 use crate::job_list::{JobList, JobsLeft};
 use crate::ledger::StoreLedger;
 use crate::output::{self, Finish};
 use crate::progress::ProgressDisplay;
 use crate::stored::{StoreSource, WrittenStore};
-use crate::summary::{RunTally, resume_command, summarise};
+use crate::summary::{RunEnd, RunTally, resume_command, summarise};
+use crate::threads::usable;
 use crate::time_left::{Calibration, TimeLeft};
 use crate::words::count;
 
 /// The directory in a store through which large jobs and results travel while a run lasts.
 const IN_TRANSIT: &str = "in-transit";
 
+/// The run of a shard, or of a whole study that is exported.
+pub(crate) struct ShardRun {
+    pub(crate) shard: Shard,
+    /// The place where the results will be found.
+    pub(crate) results: PathBuf,
+    /// The export, if there is one.
+    pub(crate) export: Option<ExportPlace>,
+    /// The command that goes on with it.
+    pub(crate) command: String,
+}
+
 /// Runs the jobs of a study that a store has no results of, and says what came of them.
-pub(crate) fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> Result<Finish> {
+pub(crate) fn execute(
+    study: Study,
+    directory: &Path,
+    args: &ExecutionArgs,
+    part: Option<ShardRun>,
+) -> Result<Finish> {
     let store = open_for(&study, directory)?;
     // A run that computes nothing still clears away what a killed one has left.
     runner::sweep_leftovers();
@@ -38,9 +58,53 @@ pub(crate) fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> R
     let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
     runner::raise_on_signals(&interrupt).context("cannot prepare for Ctrl-C")?;
     let written = WrittenStore::new(&store);
-    let tally = compute(&study, &written, directory, args, &interrupt)?;
+    let shard = part.as_ref().map(|part| part.shard);
+    let (place, continuation, shown) = match part {
+        Some(ShardRun { export, command, results, .. }) => (export, command, results),
+        None => (None, resume_command(&study, directory), directory.to_owned()),
+    };
+    let exporter =
+        place.map(|place| Exporter::open(place, &study, &store, &interrupt)).transpose()?;
+    let run = StudyRun {
+        study: &study,
+        store: &written,
+        directory,
+        args,
+        interrupt: &interrupt,
+        exporter: exporter.as_ref(),
+        continuation: &continuation,
+    };
+    let mut requested = HashSet::new();
+    let outcome = compute(&run, &mut requested);
+    if let Some(exporter) = exporter {
+        let mut keys: Vec<JobKey> = requested.into_iter().collect();
+        keys.sort_unstable();
+        let is_finished = outcome.as_ref().is_ok_and(|tally| !tally.is_partial());
+        let path = exporter.path().to_owned();
+        let exported = exporter.close(&store, &keys, is_finished);
+        // What stopped the run says more.
+        let results = if outcome.is_ok() { exported? } else { exported.unwrap_or(0) };
+        output::say(&format!(
+            "exported {} to {}",
+            count(results, "result", "results"),
+            path.display()
+        ));
+    }
+    let ending = RunEnd { tally: outcome?, continuation, shard };
     let source = StoreSource::Store(&written);
-    summarise(&Results::read(study, &source)?, directory, args.json, tally)
+    summarise(&Results::read(study, &source)?, &shown, args.json, ending)
+}
+
+/// Everything that the rounds of a run share.
+struct StudyRun<'a> {
+    study: &'a Study,
+    store: &'a WrittenStore<'a>,
+    directory: &'a Path,
+    args: &'a ExecutionArgs,
+    interrupt: &'a Interrupt,
+    exporter: Option<&'a Exporter>,
+    /// The command that goes on with it.
+    continuation: &'a str,
 }
 
 /// Checks a study and opens its store; a study that is refused leaves no store behind.
@@ -58,18 +122,13 @@ fn open_for(study: &Study, directory: &Path) -> Result<Store> {
 }
 
 /// Computes the jobs that are left; a study that chooses points by its results takes several
-/// rounds.
-fn compute(
-    study: &Study,
-    store: &WrittenStore,
-    directory: &Path,
-    args: &ExecutionArgs,
-    interrupt: &Interrupt,
-) -> Result<RunTally> {
+/// rounds. The keys of all its jobs are added to those that are `requested`.
+fn compute(run: &StudyRun<'_>, requested: &mut HashSet<JobKey>) -> Result<RunTally> {
+    let StudyRun { study, store, directory, args, interrupt, exporter, continuation } = *run;
     let mut tally = RunTally::default();
     let mut calibration = Calibration::default();
-    let (mut requested, mut computed) = (HashSet::new(), HashSet::new());
-    loop {
+    let mut computed = HashSet::new();
+    for round in 0.. {
         let points = match study.adaptive() {
             None => study.points(),
             Some(_) => choice::gather(study, &StoreSource::Store(store))?.choice.points,
@@ -87,15 +146,28 @@ fn compute(
         computed.extend(tasks.iter().map(|task| task.key));
         (tally.jobs, tally.computing) = (requested.len(), computed.len());
         tally.cached = tally.jobs.saturating_sub(tally.computing);
+        if let Some(exporter) = exporter {
+            let mut cached: Vec<JobKey> = requested.difference(&computed).copied().collect();
+            cached.sort_unstable();
+            exporter.expect(store.store, tally.jobs, &cached);
+        }
         if tasks.is_empty() {
             return Ok(tally);
         }
-        let options = options(args, study, directory, tasks.len())?;
+        if round > 0 && args.until.as_ref().is_some_and(|budget| budget.left().is_zero()) {
+            stop_in_time(&mut tally, args, interrupt);
+            return Ok(tally);
+        }
+        let mut options = options(args, study, directory, tasks.len())?;
         let left = TimeLeft::new(&tasks, options.workers, calibration);
         let mut progress = ProgressDisplay::new(&tasks, tally.cached, args.json, left);
+        if let Some(budget) = &args.until {
+            (options.until, options.overtime) = (Some(budget.left()), budget.overtime());
+            options.begins_one = round == 0;
+        }
         let outcome = runner::run(
             tasks,
-            &mut StoreLedger::new(store.store, texts),
+            &mut StoreLedger::new(store.store, texts, exporter),
             &options,
             interrupt,
             &mut |event| progress.show(event),
@@ -104,23 +176,39 @@ fn compute(
         calibration = progress.calibration();
         let summary = outcome.map_err(|error| {
             let advice = match error {
-                RunError::Postponed { .. } => "; give it more memory (--memory)",
+                RunError::Postponed { want: Want::Memory, .. } => {
+                    "; give it more memory (--memory)"
+                }
                 _ => "",
             };
             // The command stands last, so that it can be copied.
             anyhow!(
                 "the run stopped: {:#}{advice}; what is done is kept, continue with: {}",
                 anyhow::Error::new(error),
-                resume_command(study, directory)
+                continuation
             )
         })?;
-        tally.interrupted = summary.unfinished > 0;
+        match summary.early_end {
+            Some(EarlyEnd::InTime) => stop_in_time(&mut tally, args, interrupt),
+            Some(EarlyEnd::Interrupted) => tally.interrupted = summary.unfinished > 0,
+            None => {}
+        }
         tally.computed += summary.done + summary.quarantined;
         tally.seconds += summary.seconds;
-        if tally.interrupted || study.adaptive().is_none() {
-            return Ok(tally);
+        if tally.interrupted || tally.stopped_in_time || study.adaptive().is_none() {
+            break;
         }
     }
+    Ok(tally)
+}
+
+/// Notes that a run stopped in time, and why.
+fn stop_in_time(tally: &mut RunTally, args: &ExecutionArgs, interrupt: &Interrupt) {
+    tally.stopped_in_time = true;
+    tally.stopped_by = match &args.until {
+        Some(budget) if interrupt.ends() == 0 => format!("--until {budget}"),
+        _ => "a signal asked for it".to_owned(),
+    };
 }
 
 /// Returns the number of workers out of `wanted` that have something to do; nothing else may run
@@ -140,12 +228,12 @@ fn options(args: &ExecutionArgs, study: &Study, directory: &Path, jobs: usize) -
     options.workers = workers(study, args.workers.map_or(cores, |workers| workers as usize), jobs);
     // There is a core for each worker; when there are fewer jobs than cores, the spare ones help. A
     // job that is timed starts its threads itself.
-    let threads = if is_timed { 1 } else { (cores / options.workers).max(1) };
+    options.threads = if is_timed { 1 } else { (usable(cores) / options.workers).max(1) };
     options.worker_command = vec![
         own_program()?.into(),
         "worker".into(),
         "--threads".into(),
-        threads.to_string().into(),
+        options.threads.to_string().into(),
     ];
     Ok(options)
 }
@@ -175,7 +263,7 @@ fn memory(args: &ExecutionArgs) -> u64 {
         if request > limit {
             output::say(&format!(
                 "{} of memory for jobs instead of {}: a process may not reserve more here (`ulimit \
-                 -v`)",
+                 -v` or `ulimit -d`)",
                 BinaryBytes(limit),
                 BinaryBytes(request)
             ));

@@ -133,10 +133,16 @@ fn has_failed(store: &WrittenStore, key: &JobKey) -> bool {
     }
 }
 
-/// Returns what is wrong with a point's scene, at its place in the study file.
-fn refused(study: &Study, index: usize, point: &StudyPoint, error: &SceneError) -> anyhow::Error {
-    match study.point(index) {
-        Some(of_axes) if of_axes.key == point.key => study.refuse(index, error).into(),
+/// Returns what is wrong with the scene of the point at a position, at its place in the study file.
+fn refused(
+    study: &Study,
+    position: usize,
+    point: &StudyPoint,
+    error: &SceneError,
+) -> anyhow::Error {
+    let index = study.index(position);
+    match index.and_then(|index| Some((index, study.point(index)?))) {
+        Some((index, of_axes)) if of_axes.key == point.key => study.refuse(index, error).into(),
         // The study has chosen the point, so it has no place in the file.
         _ => anyhow!("{}: {error}", study.path()),
     }

@@ -11,6 +11,7 @@ use store::Store;
 use study::job::PHYSICS_VERSION;
 use study::{Ending, Provenance, Record};
 
+use crate::exporting::Exporter;
 use crate::wire::{JobReply, decode_reply};
 
 /// Keeps results in a store: fields first, as blobs, then the records that refer to them.
@@ -18,12 +19,18 @@ pub(crate) struct StoreLedger<'a> {
     store: &'a Store,
     /// The canonical texts of the jobs that run.
     jobs: HashMap<JobKey, String>,
+    /// The export of the run, if there is one.
+    exporter: Option<&'a Exporter>,
 }
 
 impl<'a> StoreLedger<'a> {
     /// Returns the ledger of a run of some jobs, given with their canonical texts.
-    pub(crate) fn new(store: &'a Store, jobs: HashMap<JobKey, String>) -> Self {
-        Self { store, jobs }
+    pub(crate) fn new(
+        store: &'a Store,
+        jobs: HashMap<JobKey, String>,
+        exporter: Option<&'a Exporter>,
+    ) -> Self {
+        Self { store, jobs, exporter }
     }
 
     fn record(&mut self, done: Done) -> Result<(JobKey, Vec<u8>), Box<dyn Error + Send + Sync>> {
@@ -72,7 +79,11 @@ impl runner::Ledger for StoreLedger<'_> {
     fn commit(&mut self, results: Vec<Done>) -> Result<(), Box<dyn Error + Send + Sync>> {
         let records =
             results.into_iter().map(|done| self.record(done)).collect::<Result<Vec<_>, _>>()?;
-        Ok(self.store.commit(&records)?)
+        self.store.commit(&records)?;
+        if let Some(exporter) = self.exporter {
+            exporter.add(self.store, &records);
+        }
+        Ok(())
     }
 }
 
@@ -167,7 +178,7 @@ mod tests {
                 attempts: 1,
             }
         });
-        StoreLedger::new(&store, texts).commit(done.collect()).unwrap();
+        StoreLedger::new(&store, texts, None).commit(done.collect()).unwrap();
         let ends = keys
             .iter()
             .map(|key| Record::decode(&store.get(key).unwrap().unwrap()).unwrap().ending);

@@ -2,7 +2,7 @@
 //! two machines must agree on.
 
 use identity::KeptFields;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use store::{Blobs, Digest, Examination, MergeRules, RecordRank};
 use study::encoding::DecodeError;
 use study::{Record, Standing, Study};
@@ -52,16 +52,16 @@ pub(crate) fn references(record: &Record) -> Vec<Digest> {
 }
 
 /// The note that a shard leaves in its export.
-#[derive(Debug, Default, PartialEq, Deserialize)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub(crate) struct ShardNote {
-    /// The points of the shard.
-    pub(crate) points: u64,
-    /// The points that are solved.
+    /// The jobs that the shard is known to have.
+    pub(crate) jobs: u64,
+    /// The jobs that are solved.
     pub(crate) done: u64,
-    /// The points whose job has ended without a solution.
+    /// The jobs that have ended without a solution.
     pub(crate) failed: u64,
-    /// The points without a result.
+    /// The jobs without a result.
     pub(crate) left: u64,
     /// True if the shard has nothing more to do.
     pub(crate) finished: bool,
@@ -73,6 +73,11 @@ impl ShardNote {
     /// Reads a note; `None` if it is none that this program knows.
     pub(crate) fn of(bytes: &[u8]) -> Option<Self> {
         serde_json::from_slice(bytes).ok()
+    }
+
+    /// Returns the bytes of the note.
+    pub(crate) fn to_bytes(&self) -> Vec<u8> {
+        serde_json::to_vec(self).expect("a note is plain data")
     }
 }
 

@@ -89,8 +89,8 @@ fn sharded(shards: &[ShardState], places: &ShardPlaces) -> Vec<ShardedStudy> {
             let note = state.note.as_deref().and_then(ShardNote::of);
             let progress = match note {
                 Some(note) if note.finished => return None,
-                Some(ShardNote { points, done, failed, left, .. }) => {
-                    format!("{done} of {points} points solved, {failed} failed and {left} left")
+                Some(ShardNote { jobs, done, failed, left, .. }) => {
+                    format!("{done} of {jobs} jobs solved, {failed} failed and {left} left")
                 }
                 None => "it has not said how far it is".to_owned(),
             };

@@ -18,6 +18,8 @@ pub(crate) enum Finish {
     Mistake,
     /// The command finished, but some jobs failed.
     SomeFailed,
+    /// The command stopped in time, and some jobs are left.
+    StoppedInTime,
     /// The command was interrupted.
     Interrupted,
 }
@@ -28,6 +30,8 @@ impl From<Finish> for ExitCode {
             Finish::AllDone => 0,
             Finish::Mistake => 1,
             Finish::SomeFailed => 2,
+            // EX_TEMPFAIL of sysexits.h: to be started again.
+            Finish::StoppedInTime => 75,
             Finish::Interrupted => 130,
         })
     }

@@ -102,12 +102,8 @@ impl ProgressDisplay {
         }
         match &event.kind {
             EventKind::Quarantined { key, reason, attempts } => {
-                let tried = if *attempts == 0 {
-                    String::new()
-                } else {
-                    format!(" after {}", count(*attempts as usize, "attempt", "attempts"))
-                };
-                self.notice(&format!("job {} is set aside{tried}: {reason}", short(key)));
+                let tried = count(*attempts as usize, "attempt", "attempts");
+                self.notice(&format!("job {} is set aside after {tried}: {reason}", short(key)));
             }
             EventKind::Retried { key, attempt, reason } => {
                 self.notice(&format!("attempt {attempt} of job {} failed: {reason}", short(key)))
@@ -127,6 +123,12 @@ impl ProgressDisplay {
                 self.notice("stopping after the jobs in flight; Ctrl-C again stops now")
             }
             EventKind::Interrupted { now: true } => self.notice("stopping now"),
+            EventKind::TimeUp { now: false } => {
+                self.notice("stopping in time: no further job is begun")
+            }
+            EventKind::TimeUp { now: true } => {
+                self.notice("stopping now: the jobs in flight are given up for another run")
+            }
             _ => {}
         }
         let counts = &event.counts;

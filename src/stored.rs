@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use store::{Blobs, OpenError, ReadError, RecordOrigin, Store, StoreReader};
 use study::encoding::DecodeError;
 use study::record_format::{decode_fields, job_text};
-use study::{Record, Study};
+use study::{MOST_POINTS, Record, Study};
 
 use crate::merge_rules::RULES;
 use crate::{output, proposal};
@@ -197,6 +197,22 @@ pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
 /// Reads the study with a name from a store; if there is none, the error names those that are
 /// there.
 pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
+    let study = stored_large_study(reader, name)?;
+    if !study.is_listed() {
+        let shards = study.len().div_ceil(MOST_POINTS);
+        let part = format!("1/{shards}");
+        bail!(
+            "the study `{name}` has {} points, and {MOST_POINTS} at most are read at a time; ask \
+             for its parts: {}",
+            study.len(),
+            proposal::command(reader.blobs().store(), ["query", name, "--shard", &part])
+        );
+    }
+    Ok(study)
+}
+
+/// Reads the study with a name from a store; it may have more points than are read at a time.
+pub(crate) fn stored_large_study(reader: &StoreReader, name: &str) -> Result<Study> {
     let damaged = || {
         format!(
             "the definition of the study `{name}` is damaged; to run its file again writes it \
@@ -204,7 +220,7 @@ pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
         )
     };
     if let Some(definition) = reader.study(name).with_context(damaged)? {
-        return Study::from_definition(&definition)
+        return Study::from_large_definition(&definition)
             .with_context(|| format!("the stored study `{name}`"));
     }
     let names = reader.study_names()?;

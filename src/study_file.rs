@@ -2,15 +2,44 @@
 
 use std::path::Path;
 
+use answers::shards::{Partition, Shard};
 use anyhow::{Context, Result};
 use study::edit::EditError;
 use study::{NamedFile, ReadFile, Study};
 
 use crate::bounded_file::{LARGEST_MAP, read_bounded, read_study_text};
+use crate::shard_choice::ShardChoice;
 
 /// Reads a study file. Files that it names are looked for beside it.
 pub(crate) fn read_study(path: &Path) -> Result<Study> {
     Ok(parse_study(&read_text(path)?, path)?)
+}
+
+/// A part of a study.
+pub(crate) struct StudyShard {
+    pub(crate) study: Study,
+    pub(crate) shard: Shard,
+}
+
+/// Reads a study file, which may have more points than one run takes.
+pub(crate) fn read_large_study(path: &Path) -> Result<Study> {
+    let text = read_text(path)?;
+    Ok(Study::parse_sharded(&text, &path.display().to_string(), &mut files_beside(path))?)
+}
+
+/// Reads a study file, and takes the part of it that is chosen; without a choice, all of it.
+pub(crate) fn read_shard(path: &Path, choice: Option<ShardChoice>) -> Result<StudyShard> {
+    let Some(choice) = choice else {
+        return Ok(StudyShard { study: read_study(path)?, shard: Shard::WHOLE });
+    };
+    let shard = choice.shard()?;
+    Ok(StudyShard { study: part(&read_large_study(path)?, shard)?, shard })
+}
+
+/// Returns a part of a study.
+pub(crate) fn part(study: &Study, shard: Shard) -> Result<Study> {
+    let indices = Partition::of(study, shard.count())?.indices(shard);
+    Ok(study.restricted(indices)?)
 }
 
 /// Reads the text of a study file.

@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
+use answers::shards::Shard;
 use answers::{Results, Warning};
 use anyhow::{Context, Result, anyhow};
 use report::DataTable;
@@ -41,6 +42,18 @@ pub(crate) struct RunTally {
     pub(crate) seconds: f64,
     /// The run was interrupted.
     pub(crate) interrupted: bool,
+    /// The run stopped in time, with jobs left.
+    pub(crate) stopped_in_time: bool,
+    /// The cause of that in words.
+    #[serde(skip)]
+    pub(crate) stopped_by: String,
+}
+
+impl RunTally {
+    /// Returns true if jobs are left.
+    pub(crate) fn is_partial(&self) -> bool {
+        self.interrupted || self.stopped_in_time
+    }
 }
 
 /// A job that has ended without a solution.
@@ -69,25 +82,41 @@ impl FailedJob {
     }
 }
 
+/// The end of a run.
+pub(crate) struct RunEnd {
+    pub(crate) tally: RunTally,
+    /// The command that goes on with it.
+    pub(crate) continuation: String,
+    /// The shard, if it is the run of one. A figure of a part of a study misleads, so none is
+    /// drawn.
+    pub(crate) shard: Option<Shard>,
+}
+
 /// Draws the figures of a study and says what came of a run.
 pub(crate) fn summarise(
     results: &Results<'_>,
     directory: &Path,
     json: bool,
-    tally: RunTally,
+    ending: RunEnd,
 ) -> Result<Finish> {
+    let RunEnd { tally, continuation, shard } = ending;
     let progress = results.progress();
-    let figures = if progress.done > 0 { draw_figures(results, directory)? } else { Vec::new() };
-    let summary = RunSummary { results, directory, tally, figures };
+    let figures = match shard.is_none() && progress.done > 0 {
+        true => draw_figures(results, directory)?,
+        false => Vec::new(),
+    };
+    let summary = RunSummary { results, directory, tally, continuation, shard, figures };
     if json {
         output::print_raw(&escaped_json(&format!("{}\n", summary.json()?)))?;
     } else {
         output::print(&summary.words()?)?;
     }
-    Ok(match (summary.tally.interrupted, progress.failed + results.inaccurate()) {
-        (true, _) => Finish::Interrupted,
-        (false, 0) => Finish::AllDone,
-        (false, _) => Finish::SomeFailed,
+    let RunTally { interrupted, stopped_in_time, .. } = summary.tally;
+    Ok(match progress.failed + results.inaccurate() {
+        _ if interrupted => Finish::Interrupted,
+        _ if stopped_in_time => Finish::StoppedInTime,
+        0 => Finish::AllDone,
+        _ => Finish::SomeFailed,
     })
 }
 
@@ -97,6 +126,9 @@ struct RunSummary<'r> {
     /// The directory of the store.
     directory: &'r Path,
     tally: RunTally,
+    /// The command that goes on with it.
+    continuation: String,
+    shard: Option<Shard>,
     /// The figures, or why each was not drawn.
     figures: Vec<Result<DrawnFigure>>,
 }
@@ -109,6 +141,7 @@ impl RunSummary<'_> {
         Ok(serde_json::json!({
             "event": "summary",
             "study": self.results.study().name(),
+            "shard": self.shard.map(|shard| shard.to_string()),
             "progress": self.results.progress(),
             "run": self.tally,
             "failures": self.failures(),
@@ -142,10 +175,28 @@ impl RunSummary<'_> {
         text += &self.missed_accuracy();
         text += &self.listed_failures();
         if self.tally.interrupted {
-            let command = resume_command(self.results.study(), self.directory);
-            text += &format!("interrupted; continue with: {command}\n");
+            text += &format!("interrupted; continue with: {}\n", self.continuation);
         }
+        text += &self.stopped();
         Ok(text)
+    }
+
+    /// Says that the run stopped in time, if it did.
+    fn stopped(&self) -> String {
+        let RunTally { jobs, cached, computed, stopped_in_time, stopped_by, .. } = &self.tally;
+        if !stopped_in_time {
+            return String::new();
+        }
+        let left = jobs.saturating_sub(cached + computed);
+        let verb = if left == 1 { "is" } else { "are" };
+        let jobs = count(*jobs, "job", "jobs");
+        // A study that chooses its points has more jobs than it knows of.
+        let known = if self.results.study().adaptive().is_some() { " known so far" } else { "" };
+        let advice = if *computed == 0 { ", but no job ended in this time" } else { "" };
+        format!(
+            "stopped in time ({stopped_by}): {left} of {jobs}{known} {verb} left; the same command \
+             goes on{advice}\n"
+        )
     }
 
     /// Returns the first rows of the results.
@@ -175,9 +226,10 @@ impl RunSummary<'_> {
         let RunSummary { results, tally, .. } = self;
         let progress = results.progress();
         format!(
-            "\n{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the \
+            "\n{}{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the \
              store\n",
             results.study().name(),
+            self.shard.map_or(String::new(), |shard| format!(", shard {shard}")),
             count(progress.points, "point", "points"),
             progress.done,
             progress.failed,

@@ -19,6 +19,12 @@ pub(crate) fn share_among(count: usize) -> Result<()> {
         .context("cannot start threads")
 }
 
+/// Returns how many of so many cores may be used: no more than RAYON_NUM_THREADS, by which a batch
+/// job says how many of a node's are its own.
+pub(crate) fn usable(cores: usize) -> usize {
+    asked_for().map_or(cores, |count| count.clamp(1, cores.max(1)))
+}
+
 /// Limits the threads that other work is shared among, if RAYON_NUM_THREADS asks for more than the
 /// machine can use. Otherwise they start when they are needed.
 pub(crate) fn limit() -> Result<()> {
@@ -44,9 +50,11 @@ fn threads_asked_for() -> usize {
 
 fn asked_for() -> Option<usize> {
     let text = std::env::var("RAYON_NUM_THREADS").ok()?;
-    // A number that is too large to be read is too large to be used.
-    if !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit()) {
-        Some(text.parse().unwrap_or(usize::MAX))
+    // The library reads a sign as well. A number that is too large to be read is too large to be
+    // used.
+    let digits = text.strip_prefix('+').unwrap_or(&text);
+    if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        Some(digits.parse().unwrap_or(usize::MAX))
     } else {
         None
     }

@@ -199,11 +199,13 @@ impl TimeLeft {
             JobStage::Waiting => self.waiting.remove(predicted),
             JobStage::Held(worker) => {
                 if let Some(held) = self.held.get_mut(&worker) {
-                    if let Some(place) = held.jobs.iter().position(|other| other == key) {
-                        held.jobs.remove(place);
-                    }
+                    let place = held.jobs.iter().position(|other| other == key);
+                    place.and_then(|place| held.jobs.remove(place));
                     held.by_size.remove(predicted);
-                    held.since = now;
+                    // Only the end of the first job is the begin of another.
+                    if place == Some(0) {
+                        held.since = now;
+                    }
                     if held.jobs.is_empty() {
                         self.held.remove(&worker);
                     }
@@ -384,6 +386,30 @@ mod tests {
                 assert!(ratio < 2.0, "{name} on {workers} workers: a factor {ratio:.2}");
             }
         }
+    }
+
+    #[test]
+    fn a_job_is_in_work_since_the_one_before_it_ended() {
+        let task = |job: usize| Task {
+            key: key(job),
+            payload: Vec::new(),
+            group: 0,
+            cost: 1.0,
+            memory: 0,
+        };
+        let tasks = [task(0), task(1), task(2)];
+        let mut left = TimeLeft::new(&tasks, 1, Calibration::default());
+        let mut hear = |seconds: f64, kind: EventKind| {
+            left.hear(&Event { seconds, kind, counts: Counts::default() });
+            left.held.get(&1).map(|held| held.since)
+        };
+        for job in 0..3 {
+            hear(0.0, EventKind::Leased { key: key(job), worker: 1, attempt: 1 });
+        }
+        let returned = EventKind::Returned { key: key(2), reason: String::new() };
+        assert_eq!(hear(0.5, returned), Some(0.0), "the first goes on");
+        let done = EventKind::Done { key: key(0), worker: 1, seconds: 1.0, attempts: 1 };
+        assert_eq!(hear(1.0, done), Some(1.0));
     }
 
     #[test]

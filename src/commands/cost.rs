@@ -13,5 +13,5 @@ pub(crate) fn cost(args: &CostArgs) -> Result<Finish> {
     let path = &args.study;
     let text = read_text(path)?;
     let study = parse_study(&edit_study(with_cost_ladder, &text, path, &args.set)?, path)?;
-    execute(study, &args.store.store, &args.execution)
+    execute(study, &args.store.store, &args.execution, None)
 }

@@ -6,12 +6,13 @@ use std::io::IsTerminal;
 
 use answers::choice::{self, PointChoice};
 use answers::effects::{EffectGroup, Overview};
+use answers::shards::{Partition, Shard, ShardLoad};
 use answers::{RecordMap, increments_of};
 use anyhow::{Result, bail};
 use contact::Forecast;
 use identity::JobKey;
 use indicatif::BinaryBytes;
-use report::DataTable;
+use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
 use store::{OpenError, StoreReader};
 use study::Study;
@@ -23,7 +24,7 @@ use crate::job_list::{DistinctJob, JobList};
 use crate::output::{self, Finish, layout};
 use crate::proposal;
 use crate::stored::{StoreSource, read_store};
-use crate::study_file::read_study;
+use crate::study_file::{StudyShard, read_large_study, read_shard};
 use crate::words::{count, duration};
 
 /// The counts and predictions of a plan.
@@ -31,6 +32,9 @@ use crate::words::{count, duration};
 struct Plan<'a> {
     study: &'a str,
     question: &'a str,
+    /// The part of the study, if it is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shard: Option<String>,
     points: usize,
     jobs: usize,
     cached: usize,
@@ -52,7 +56,10 @@ struct Plan<'a> {
 
 /// Says what a study would run; runs nothing.
 pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
-    let study = read_study(&args.study)?;
+    if let Some(shards) = args.shards {
+        return plan_shards(&read_large_study(&args.study)?, shards, args.json);
+    }
+    let StudyShard { study, shard } = read_shard(&args.study, args.shard)?;
     let mut jobs = JobList::of(&study)?;
     let reader = match read_store(&args.store.store) {
         Ok(reader) => Some(reader),
@@ -70,7 +77,8 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     jobs.bind(&study, |key| cached.contains(key))?;
     let is_left = |job: &&DistinctJob| !cached.contains(&jobs.points[job.point].key);
     let left: Vec<&DistinctJob> = jobs.distinct.iter().filter(is_left).collect();
-    let plan = Plan::of(&study, &jobs, &left, &overview, found.as_ref())?;
+    let mut plan = Plan::of(&study, &jobs, &left, &overview, found.as_ref())?;
+    plan.shard = args.shard.map(|_| shard.to_string());
     if args.json {
         return output::print_json(&plan);
     }
@@ -85,8 +93,84 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     }
     text += &format!("\n{}", overview_words(&overview));
     if std::io::stdout().is_terminal() && plan.to_run > 0 {
-        let run = [OsStr::new("run"), &wording::file_argument(&args.study)];
+        let file = wording::file_argument(&args.study);
+        let mut run = vec![OsStr::new("run"), &file];
+        let part = plan.shard.as_ref();
+        run.extend(part.into_iter().flat_map(|shard| ["--shard".as_ref(), OsStr::new(shard)]));
         text += &format!("run it with: {}\n", proposal::command(&args.store.store, run));
+    }
+    output::print(&text)
+}
+
+/// Says how many points are in how many shards.
+fn placed(points: u64, shards: u32) -> String {
+    format!(
+        "{} in {}",
+        count(points as usize, "point", "points"),
+        count(shards as usize, "shard", "shards")
+    )
+}
+
+/// The most shards that are listed; the JSON lists all.
+const MOST_SHARDS_LISTED: u32 = 24;
+
+/// Says what each shard of a study would have.
+fn plan_shards(study: &Study, count_of_shards: u32, json: bool) -> Result<Finish> {
+    let partition = Partition::of(study, count_of_shards)?;
+    let shards = || {
+        (1..=u64::from(count_of_shards))
+            .filter_map(|index| Shard::new(index, count_of_shards.into()).ok())
+    };
+    let loads: Vec<ShardLoad> = shards().map(|shard| partition.load(shard)).collect();
+    let points: u64 = loads.iter().map(|load| load.points).sum();
+    let seconds: f64 = loads.iter().map(|load| load.seconds).sum();
+    let mean = seconds / f64::from(count_of_shards);
+    let fullest = loads.iter().map(|load| load.seconds).fold(0.0, f64::max);
+    let empty = loads.iter().filter(|load| load.points == 0).count();
+    if json {
+        let listed = shards().zip(&loads).map(|(shard, load)| {
+            serde_json::json!({
+                "shard": shard.to_string(), "points": load.points, "sequences": load.sequences,
+                "operators": load.operators, "predicted_worker_seconds": load.seconds,
+            })
+        });
+        return output::print_json(&serde_json::json!({
+            "study": study.name(), "points": points, "predicted_worker_seconds": seconds,
+            "fullest_to_mean": fullest / mean, "empty": empty,
+            "shards": listed.collect::<Vec<_>>(),
+        }));
+    }
+    let mut text = format!(
+        "{}\n\n{}, {} of work each on average; the fullest has {:.0} % more than that",
+        study.name(),
+        placed(points, count_of_shards),
+        duration(mean),
+        100.0 * (fullest / mean - 1.0)
+    );
+    // The sums differ in rounding.
+    if partition.longest() > 0.99 * fullest {
+        text += ", for it has the longest sequence, which stays whole";
+    }
+    text += "\n";
+    if empty > 0 {
+        text += &format!("{} no points\n", count(empty, "shard has", "shards have"));
+    }
+    let heads =
+        [("shard", ""), ("points", ""), ("sequences", ""), ("operators", ""), ("work", "s")];
+    let rows = shards().zip(&loads).take(MOST_SHARDS_LISTED as usize).map(|(shard, load)| {
+        vec![
+            Cell::Text(shard.to_string()),
+            Cell::Integer(load.points as i64),
+            Cell::Integer(load.sequences as i64),
+            Cell::Integer(load.operators as i64),
+            Cell::Number(load.seconds),
+        ]
+    });
+    let heads = heads.map(|(name, unit)| TableColumn::new(name, unit)).to_vec();
+    text += &DataTable::new(heads, rows.collect())?.terminal(&layout());
+    if count_of_shards > MOST_SHARDS_LISTED {
+        let rest = count_of_shards - MOST_SHARDS_LISTED;
+        text += &format!("and {rest} more; --json lists all\n");
     }
     output::print(&text)
 }
@@ -125,6 +209,7 @@ impl<'a> Plan<'a> {
         Ok(Plan {
             study: study.name(),
             question: study.question(),
+            shard: None,
             points: jobs.points.len(),
             jobs: jobs.distinct.len(),
             cached: jobs.distinct.len() - left.len(),
@@ -143,7 +228,10 @@ impl<'a> Plan<'a> {
 
     /// Returns the question and the numbers of points and jobs.
     fn counts(&self) -> String {
-        let mut text = format!("{}\n", self.study);
+        let mut text = match &self.shard {
+            Some(shard) => format!("{}, shard {shard}\n", self.study),
+            None => format!("{}\n", self.study),
+        };
         if !self.question.is_empty() {
             // A line end in it could make a line that looks like one of ours.
             text += &format!("{}\n", wording::one_line(self.question));

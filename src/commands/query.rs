@@ -9,13 +9,18 @@ use wording::escaped_json;
 
 use crate::cli::{QueryArgs, TableFormat};
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, read_store, stored_study};
+use crate::stored::{StoreSource, read_store, stored_large_study, stored_study};
+use crate::study_file::part;
 
 /// Prints the results of a study as a table.
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
-    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    let study = match args.shard {
+        None => stored_study(&reader, &args.name)?,
+        Some(shard) => part(&stored_large_study(&reader, &args.name)?, shard)?,
+    };
+    let results = Results::read(study, &source)?;
     let meant = |error| with_suggestion(error, results.study());
     let format = if args.json { TableFormat::Json } else { args.format };
     let table = if args.columns {

@@ -12,5 +12,5 @@ use crate::stored::stored_study;
 pub(crate) fn resume(args: &ResumeArgs) -> Result<Finish> {
     // A resume that finds no study must not leave an empty store behind.
     let study = stored_study(&Store::read(&args.store.store)?, &args.name)?;
-    execute(study, &args.store.store, &args.execution)
+    execute(study, &args.store.store, &args.execution, None)
 }

@@ -1,13 +1,73 @@
-//! `run`: launches or continues a study.
+//! `run`: launches or continues a study, or a part of it.
 
-use anyhow::Result;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+use answers::shards::Shard;
+use anyhow::{Context, Result};
+use store::{Digest, ShardName};
+use study::Study;
 
 use crate::cli::RunArgs;
-use crate::execution::execute;
+use crate::execution::{ShardRun, execute};
+use crate::exporting::ExportPlace;
+use crate::local_store::LocalStore;
 use crate::output::Finish;
-use crate::study_file::read_study;
+use crate::proposal::USUAL_STORE;
+use crate::study_file::{StudyShard, read_shard};
 
 /// Launches a study or continues it.
 pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
-    execute(read_study(&args.study)?, &args.store.store, &args.execution)
+    let StudyShard { study, shard } = read_shard(&args.study, args.shard)?;
+    if args.shard.is_none() && args.export.is_none() {
+        return execute(study, &usual(args), &args.execution, None);
+    }
+    let mut part =
+        ShardRun { shard, results: usual(args), export: None, command: command(args, shard) };
+    let Some(exports) = &args.export else {
+        return execute(study, &usual(args), &args.execution, Some(part));
+    };
+    let name =
+        ShardName { study: study.name().to_owned(), index: shard.index(), count: shard.count() };
+    let export = ExportPlace::of(exports, name, &args.study);
+    part.results.clone_from(&export.path);
+    part.export = Some(export);
+    match &args.store {
+        Some(store) => execute(study, store, &args.execution, Some(part)),
+        None => {
+            let local = LocalStore::open(&label(&study, shard, exports)?)?;
+            let finish = execute(study, local.path(), &args.execution, Some(part))?;
+            // Everything is in the export by now.
+            local.remove()?;
+            Ok(finish)
+        }
+    }
+}
+
+fn usual(args: &RunArgs) -> PathBuf {
+    args.store.clone().unwrap_or_else(|| USUAL_STORE.into())
+}
+
+/// Returns a name for the local store of a shard that no other study has, nor the same study that
+/// exports to another place: both may run on a machine at a time.
+fn label(study: &Study, shard: Shard, exports: &Path) -> Result<String> {
+    let exports = std::path::absolute(exports).context("cannot find the current directory")?;
+    let unique = [&study.definition(), exports.as_os_str().as_encoded_bytes()].concat();
+    let digest = Digest::of(&unique).to_string();
+    Ok(format!("{}-{}-{}-of-{}", study.name(), &digest[..8], shard.index(), shard.count()))
+}
+
+/// Returns the command that goes on with a shard.
+fn command(args: &RunArgs, shard: Shard) -> String {
+    let option = |name: &str, path: &Path| -> [OsString; 2] {
+        [name.into(), wording::file_argument(path).into_owned()]
+    };
+    let mut words: Vec<OsString> =
+        vec!["run".into(), wording::file_argument(&args.study).into_owned()];
+    if args.shard.is_some() {
+        words.extend(["--shard".into(), shard.to_string().into()]);
+    }
+    words.extend(args.export.iter().flat_map(|path| option("--export", path)));
+    words.extend(args.store.iter().flat_map(|path| option("--store", path)));
+    wording::command(words.iter().map(OsStr::new))
 }

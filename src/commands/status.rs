@@ -7,7 +7,8 @@ use store::StoreReader;
 
 use crate::cli::StatusArgs;
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, read_store, stored_study};
+use crate::shard_states::StudyShards;
+use crate::stored::{StoreSource, read_store, stored_large_study, stored_study};
 
 /// Lists studies with their numbers of points.
 pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
@@ -20,7 +21,25 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let source = StoreSource::Reader(&reader);
     let mut rows = Vec::new();
     let mut listed = Vec::new();
+    let exports = reader.exports();
+    let mut sharded = Vec::new();
     for name in &names {
+        let large = stored_large_study(&reader, name).ok().filter(|study| !study.is_listed());
+        if let Some(study) = large {
+            // Only its shards say how far it is.
+            let shards = StudyShards::of(name, &exports);
+            listed.push(serde_json::json!({
+                "study": name, "question": study.question(),
+                "progress": { "points": study.len() },
+                "shards": shards.as_ref().map(|shards| &shards.rows),
+            }));
+            let mut row = vec![Cell::Text(name.clone()), Cell::Integer(study.len() as i64)];
+            row.resize(6, Cell::Missing);
+            row.push(Cell::Text(study.question().to_owned()));
+            rows.push(row);
+            sharded.extend(shards);
+            continue;
+        }
         let results = match read(&reader, name, &source) {
             Ok(results) => results,
             // One damaged study must not hide the others, nor pass for one that is not there.
@@ -33,9 +52,15 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
         };
         let (progress, inaccurate) = (results.progress(), results.inaccurate());
         let question = results.study().question();
-        listed.push(serde_json::json!({
+        let mut entry = serde_json::json!({
             "study": name, "question": question, "progress": progress, "inaccurate": inaccurate,
-        }));
+        });
+        let shards = StudyShards::of(name, &exports);
+        if let Some(shards) = &shards {
+            entry["shards"] = serde_json::to_value(&shards.rows)?;
+        }
+        listed.push(entry);
+        sharded.extend(shards);
         let mut row = vec![Cell::Text(name.clone())];
         row.extend(
             [progress.points, progress.done, progress.failed, progress.left, inaccurate]
@@ -56,7 +81,11 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     }
     let heads = ["study", "points", "certified", "failed", "left", "inaccurate", "question"]
         .map(|name| TableColumn::new(name, ""));
-    output::print(&DataTable::new(heads.to_vec(), rows)?.terminal(&layout()))?;
+    let mut text = DataTable::new(heads.to_vec(), rows)?.terminal(&layout());
+    for shards in sharded {
+        text += &format!("\n{}", shards.words()?);
+    }
+    output::print(&text)?;
     Ok(finish)
 }
 

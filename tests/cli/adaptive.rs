@@ -19,7 +19,7 @@ on = "CONDITION"
 to = "10%"
 "#;
 
-fn halved(name: &str, values: &str, condition: &str) -> String {
+pub(crate) fn halved(name: &str, values: &str, condition: &str) -> String {
     HALVED
         .replace("AXIS", &format!("\"{name}\" = {values}"))
         .replace("NAME", name)

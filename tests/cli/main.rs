@@ -5,7 +5,9 @@ mod adaptive;
 mod effects;
 mod failed;
 mod height_maps;
+mod in_time;
 mod kinds;
+mod merges;
 mod paths;
 mod place;
 mod proposed;
@@ -13,6 +15,7 @@ mod refused;
 mod said;
 mod shards;
 mod store;
+mod submit;
 mod wheel;
 
 use std::fs;
@@ -26,7 +29,7 @@ use crate::place::{Place, SMALL, redacted};
 fn help_says_what_can_be_asked() {
     let place = Place::empty();
     let commands =
-        "run plan effects cost resume status answer query show plot solve store completions";
+        "run submit plan effects cost resume status answer query show plot solve store completions";
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
     lines.extend(
@@ -42,7 +45,7 @@ fn help_says_what_can_be_asked() {
 #[test]
 fn examples_in_the_help_exist() {
     let place = Place::empty();
-    for command in ["run", "plan", "effects", "cost", "solve"] {
+    for command in ["run", "submit", "plan", "effects", "cost", "solve"] {
         let help = place.words(&[command, "--help"]).out;
         for file in help.split_whitespace().filter(|word| word.starts_with("sweeps/")) {
             assert!(
@@ -65,6 +68,11 @@ fn mistakes_on_the_command_line_end_with_1() {
         &["run", "x.toml", "--workers", "many"],
         &["run", "x.toml", "--memory", "8 apples"],
         &["run", "x.toml", "--memory", "0"],
+        &["run", "x.toml", "--until", "0s"],
+        &["run", "x.toml", "--until", "55"],
+        &["run", "x.toml", "--until", "5 apples"],
+        &["resume", "x", "--until", "soon"],
+        &["cost", "x.toml", "--until", ""],
         &["run", "x.toml"],
         &["query", "x", "--format", "xml"],
         &["show", "00", "--output", "x.png"],

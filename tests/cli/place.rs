@@ -72,7 +72,12 @@ impl Place {
     }
 
     pub(crate) fn words(&self, words: &[&str]) -> Said {
-        let output = self.command(words).output().unwrap();
+        self.said(&mut self.command(words))
+    }
+
+    /// Runs a command of this place.
+    pub(crate) fn said(&self, command: &mut Command) -> Said {
+        let output = command.output().unwrap();
         let clean = |bytes: &[u8]| {
             let text = std::str::from_utf8(bytes).unwrap();
             text.replace(PROGRAM, "tribosweep")

@@ -1,242 +1,235 @@
-//! Exports of shards through the command: merged, read together, contradicting, missing, damaged.
+//! A study in shards: every part by itself, in any order, gives what one machine gives.
 
-use std::fs;
-use std::path::PathBuf;
+use std::fs::{self, File};
+use std::path::Path;
 
-use serde_json::{Value, json};
-use store::{Digest, ExportHeader, ExportWriter, ShardName, Store, StoreReader};
-use study::{Ending, Record};
+use crate::adaptive::halved;
+use crate::place::{Place, SMALL, Said};
 
-use crate::place::{Place, SMALL, without_hashes};
-
-/// The small study with fields that are too large for a record.
-fn with_files() -> String {
-    SMALL.replace("mesh = 6", "mesh = 40")
+/// Returns the table of a study by every column that says neither when nor how long.
+fn rows(place: &Place, study: &str, store: &str) -> String {
+    let columns = place.json(&format!("query {study} --columns --json --store {store}"));
+    let names: Vec<&str> = columns["rows"].as_array().unwrap().iter().filter_map(name).collect();
+    assert!(names.len() > 30);
+    let said = place.words(&[
+        "query",
+        study,
+        "--store",
+        store,
+        "--format",
+        "csv",
+        "--select",
+        &names.join(","),
+    ]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    said.out
 }
 
-fn path(place: &Place, index: u32) -> PathBuf {
-    place.path(&format!("exports/small-{index}-of-4.tribosweep"))
+/// Returns the name of a column, unless it tells of the run rather than of the result.
+fn name(column: &serde_json::Value) -> Option<&str> {
+    column["column"].as_str().filter(|_| column["kind"] != "provenance")
 }
 
-/// Writes the export of a shard as a run of it does, with every fourth record of the store.
-fn write_shard(place: &Place, reader: &StoreReader, index: u32, note: &Value) {
-    let shard = Some(ShardName { study: "small".to_owned(), index, count: 4 });
-    let header = ExportHeader { program: env!("CARGO_PKG_VERSION").to_owned(), shard };
-    let mut writer = ExportWriter::open(&path(place, index), &header).unwrap();
-    writer.put_study("small", &reader.study("small").unwrap().unwrap()).unwrap();
-    for (number, (key, record)) in (0..).zip(reader.records().unwrap()) {
-        if number % 4 == index - 1 {
-            let record = record.unwrap();
-            let fields = Record::decode(&record).unwrap().fields.unwrap();
-            let digest = store::Blobs::kept_digest(&fields).unwrap();
-            let kept = reader.blobs().contains(&digest).then_some(digest);
-            writer.append(&key, &record, reader.blobs(), kept).unwrap();
+/// Runs a shard with its temporary files here.
+fn shard(place: &Place, line: &str) -> Said {
+    fs::create_dir_all(place.path("tmp")).unwrap();
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let output = place.command(&words).env("TMPDIR", place.path("tmp")).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    let code = output.status.code().expect("it ended by itself");
+    Said { code, out: text(output.stdout), err: text(output.stderr) }
+}
+
+/// Returns true if nothing is in the directory for temporary files.
+fn is_clean(place: &Place) -> bool {
+    fs::read_dir(place.path("tmp")).unwrap().next().is_none()
+}
+
+#[test]
+fn shards_in_any_order_give_the_results_of_one_machine() {
+    let line = halved("friction.mu", "[0.1, 0.5]", "mu > 0.3");
+    let axes = "[sweep]\n\"foundation.base.shear_modulus\" = [1e9, 2e9, 3e9]\n";
+    let lines = line.replace("[sweep]\n", axes);
+    assert_ne!(line, lines);
+    for (text, study) in [(SMALL, "small"), (&*lines, "halved")] {
+        let file = format!("{study}.toml");
+        let place = Place::with(&file, text);
+        assert_eq!(place.call(&format!("run {file}")).code, 0);
+        let whole = rows(&place, study, ".tribosweep");
+        for (count, order) in [(2, &[2, 1][..]), (3, &[2, 3, 1]), (8, &[8, 1, 5, 2, 7, 3, 6, 4])] {
+            let exports = format!("exports-{count}");
+            for index in order {
+                let said = shard(
+                    &place,
+                    &format!("run {file} --shard {index}/{count} --export {exports}"),
+                );
+                assert_eq!(said.code, 0, "{}", said.err);
+                assert!(is_clean(&place));
+            }
+            assert_eq!(rows(&place, study, &exports), whole);
+            let merged = place.call(&format!("store merge {exports} --into merged-{count}"));
+            assert_eq!(merged.code, 0, "{}{}", merged.out, merged.err);
+            assert_eq!(rows(&place, study, &format!("merged-{count}")), whole);
+            let status = place.call(&format!("status --store {exports}"));
+            assert!(
+                status.out.contains(&format!("{study}: {count} of {count} shards finished")),
+                "{}",
+                status.out
+            );
         }
     }
-    writer.note(note.to_string().as_bytes());
-    writer.close().unwrap();
-}
-
-fn finished() -> Value {
-    json!({"points": 2, "done": 2, "failed": 0, "left": 0, "finished": true, "file": "small.toml"})
-}
-
-/// Returns a directory in which the study has run, and its exports of four shards.
-fn sharded() -> Place {
-    let place = Place::with("small.toml", with_files());
-    assert_eq!(place.call("run small.toml --workers 2").code, 0);
-    let reader = Store::read(&place.path(".tribosweep")).unwrap();
-    (1..=4).for_each(|index| write_shard(&place, &reader, index, &finished()));
-    place
 }
 
 #[test]
-fn a_directory_of_exports_is_read_like_the_merged_store() {
-    let place = sharded();
-    let merged = place.call("store merge exports --into merged");
-    assert_eq!((merged.code, merged.err.as_str()), (0, ""), "{}", merged.out);
-    assert_eq!(place.call("store merge exports --into merged.tribosweep").code, 0);
-    fs::rename(place.path(".tribosweep"), place.path("run")).unwrap();
-    let key = place.call("query small --select key --format csv --store run").out;
-    let key = key.lines().nth(1).unwrap().to_owned();
-    let lines = [
-        "query small --format csv".to_owned(),
-        "query small --json".to_owned(),
-        "query small --sort=-mu --select mu,load,seconds".to_owned(),
-        "query small --steps --format csv".to_owned(),
-        "status --json".to_owned(),
-        "answer small".to_owned(),
-        "plan small.toml".to_owned(),
-        format!("show {key}"),
-        format!("show {key} --field pressure"),
-    ];
-    for line in lines {
-        let own = place.call(&format!("{line} --store run"));
-        assert_eq!(own.code, 0, "{line}: {}", own.err);
-        for store in ["merged", "merged.tribosweep", "exports"] {
-            let other = place.call(&format!("{line} --store {store}"));
-            assert_eq!((other.code, &other.out), (0, &own.out), "{line} --store {store}");
+fn a_shard_goes_on_from_its_export_alone() {
+    let place = Place::with("small.toml", SMALL);
+    let line = "run small.toml --shard 1/2 --export exports --until 1ms --workers 1 --json";
+    let mut starts = 0;
+    loop {
+        let said = shard(&place, line);
+        starts += 1;
+        assert!(is_clean(&place));
+        if said.code == 0 {
+            break;
         }
+        assert_eq!(said.code, 75, "{}", said.err);
+        assert!(starts < 100, "{}", said.err);
+        let status = place.json("status --store exports --json");
+        let state = &status[0]["shards"][0]["state"];
+        assert_eq!(state, "unfinished", "{status}");
+        let merged = place.call("store merge exports --into half");
+        assert_eq!(merged.code, 2);
+        assert!(merged.out.contains("missing 2: `tribosweep run small.toml --shard 2/2 --export"));
     }
-    let said = place.call("query small --store exports").err;
-    assert_eq!(said, "read from 4 exports\n");
-    for store in ["run", "merged", "exports"] {
-        let figure = format!("plot small --output {store}.svg --store {store}");
-        assert_eq!(place.call(&figure).code, 0);
-        let svg = fs::read(place.path(&format!("{store}.svg"))).unwrap();
-        assert_eq!(svg, fs::read(place.path("run.svg")).unwrap(), "{store}");
-    }
-    let verified = place.json("store verify --json --store exports");
-    assert_eq!(
-        (&verified["sound"], &verified["records"], &verified["files"]),
-        (&true.into(), &6.into(), &7.into())
-    );
+    assert!(starts > 1);
+    let said = shard(&place, "run small.toml --shard 1/2 --export exports --json");
+    let summary: serde_json::Value =
+        serde_json::from_str(said.out.lines().last().unwrap()).unwrap();
+    assert_eq!(summary["run"]["computing"], 0, "{summary}");
 }
 
 #[test]
-fn a_merge_says_what_is_missing_and_how_to_compute_it() {
-    let place = sharded();
-    fs::rename(path(&place, 2), place.path("second.tribosweep")).unwrap();
-    fs::remove_file(path(&place, 3)).unwrap();
-    let unfinished = json!({"points": 2, "done": 1, "failed": 0, "left": 1, "file": "small.toml"});
-    let reader = Store::read(&place.path(".tribosweep")).unwrap();
-    write_shard(&place, &reader, 4, &unfinished);
-    insta::assert_snapshot!(place.transcript(&[
-        &["store", "merge", "exports", "--into", "merged"],
-        &["store", "merge", "exports", "--into", "merged"],
-        &["store", "merge", "second.tribosweep", "--into", "merged"],
-        &["store", "merge", "exports", "second.tribosweep", "--into", "all.tribosweep"],
-        &["store", "verify", "--store", "all.tribosweep"],
-    ]));
-    let merged = place.json("store merge all.tribosweep --into merged --json");
-    let sharded = &merged["sharded"][0];
-    assert_eq!((&sharded["present"], &sharded["shards"]), (&3.into(), &4.into()));
-    assert_eq!(
-        sharded["missing"],
-        json!([{"shard": 3, "command": "tribosweep run small.toml --shard 3/4 --export ."}])
-    );
-    write_shard(&place, &reader, 3, &finished());
-    write_shard(&place, &reader, 4, &finished());
-    let whole = place.call("store merge exports --into merged");
-    assert_eq!(whole.code, 0, "{}", whole.out);
-    assert!(whole.out.ends_with("`small`: 4 of 4 shards, all finished\n"), "{}", whole.out);
-    assert_eq!(place.json("store verify --json --store merged")["sound"], true);
-    assert_eq!(place.json("run small.toml --json --store merged")["run"]["cached"], 6);
+fn a_torn_export_is_gone_on_from_what_is_whole() {
+    let place = Place::with("small.toml", SMALL);
+    assert_eq!(shard(&place, "run small.toml --shard 1/2 --export exports").code, 0);
+    let whole = rows(&place, "small", "exports");
+    let file = place.path("exports/small.1-of-2.tribosweep");
+    let length = fs::metadata(&file).unwrap().len();
+    File::options().write(true).open(&file).unwrap().set_len(length / 2).unwrap();
+    let said = shard(&place, "run small.toml --shard 1/2 --export exports");
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert_eq!(rows(&place, "small", "exports"), whole);
 }
 
+/// A cluster may have the file of a study in another place on each machine.
 #[test]
-fn two_machines_that_disagree_are_both_named() {
-    let place = sharded();
-    let reader = Store::read(&path(&place, 1)).unwrap();
-    let (key, bytes) = reader.records().unwrap().next().unwrap();
-    let mut record = Record::decode(&bytes.unwrap()).unwrap();
-    let Ending::Finished(outcome) = &mut record.ending else { panic!() };
-    outcome.steps[0].observables.load *= 1.0 + 1e-15;
-    let mut writer = ExportWriter::open(
-        &path(&place, 4),
-        &ExportHeader {
-            program: "0.0.1".to_owned(),
-            shard: Some(ShardName { study: "small".to_owned(), index: 4, count: 4 }),
-        },
-    )
-    .unwrap();
-    writer.append(&key, &record.encode(), reader.blobs(), []).unwrap();
-    writer.close().unwrap();
-    let key = key.to_string();
-    for order in [[1, 2, 3, 4], [4, 3, 2, 1]] {
-        let names = order.map(|index| format!("exports/small-{index}-of-4.tribosweep"));
-        let mut words = vec!["store", "merge"];
-        words.extend(names.iter().map(String::as_str));
-        words.extend(["--into", "merged"]);
-        let said = place.words(&words);
-        assert_eq!(said.code, 1);
-        let conflict = said.out.lines().find(|line| line.starts_with("conflict: ")).unwrap();
-        assert!(
-            conflict.contains(&key)
-                && conflict.contains("small-1-of")
-                && conflict.contains("small-4-of"),
-            "{conflict}"
-        );
-        assert!(said.out.contains("added 5 records"), "{}", said.out);
-        assert!(said.out.contains("1 export is by version 0.0.1 of the program: "), "{}", said.out);
-        let merged = Store::read(&place.path("merged")).unwrap();
-        assert!(!merged.keys().unwrap().iter().any(|job| job.to_string() == key));
-        drop(merged);
-        fs::remove_dir_all(place.path("merged")).unwrap();
+fn a_shard_goes_on_under_another_path_of_its_study() {
+    let place = Place::with("small.toml", SMALL);
+    assert_eq!(shard(&place, "run small.toml --shard 1/2 --export e --until 1ms").code, 75);
+    fs::create_dir(place.path("there")).unwrap();
+    fs::copy(place.path("small.toml"), place.path("there/small.toml")).unwrap();
+    let said = shard(&place, "run there/small.toml --shard 1/2 --export e");
+    assert_eq!(said.code, 0, "{}", said.err);
+    let verified = place.call("store verify --store e");
+    assert_eq!(verified.code, 0, "{}{}", verified.out, verified.err);
+}
+
+/// Everything that is refused leaves no export behind.
+#[test]
+fn shards_that_fit_nothing_are_refused_in_words() {
+    let place = Place::with("small.toml", SMALL);
+    for (line, words) in [
+        ("run small.toml --shard 0/2 --export e", "shards are counted from 1"),
+        ("run small.toml --shard 3/2 --export e", "there is no shard 3 of 2"),
+        ("run small.toml --shard 1/0 --export e", "1 to 65536 shards, and not 0"),
+        ("run small.toml --shard auto --export e", "--shard auto works in an element of a job"),
+        ("plan small.toml --shards 0", "0 is not in 1..=65536"),
+        ("plan small.toml --shards 2 --shard 1/2", "cannot be used with"),
+    ] {
+        let said = shard(&place, line);
+        assert_eq!(said.code, 1, "{line}");
+        assert!(said.err.contains(words), "{line}: {}", said.err);
     }
-    let refused = place.call("query small --store exports");
-    assert_eq!(refused.code, 1);
-    assert!(refused.err.contains("have different results of job"), "{}", refused.err);
-    let verified = place.json("store verify --json --store exports");
-    assert_eq!(verified["faults"].as_array().unwrap().len(), 1, "{verified}");
+    assert!(!place.path("e").exists());
+    // An export of another number of shards, and one of another study of this name.
+    assert_eq!(shard(&place, "run small.toml --shard 1/2 --export e").code, 0);
+    fs::rename(place.path("e/small.1-of-2.tribosweep"), place.path("e/small.1-of-3.tribosweep"))
+        .unwrap();
+    let said = shard(&place, "run small.toml --shard 1/3 --export e");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("holds shard 1/2 of the study `small`"), "{}", said.err);
+    place.write("other.toml", SMALL.replace("0.3", "0.25"));
+    fs::remove_file(place.path("e/small.1-of-3.tribosweep")).unwrap();
+    assert_eq!(shard(&place, "run small.toml --shard 1/2 --export e").code, 0);
+    let said = shard(&place, "run other.toml --shard 1/2 --export e");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("holds another study called \"small\""), "{}", said.err);
+}
+
+/// A directory that somebody else has put in the place of the temporary store is not used.
+#[test]
+fn a_strange_temporary_directory_is_refused() {
+    let place = Place::with("small.toml", SMALL);
+    assert_eq!(shard(&place, "run small.toml --shard 1/2 --export e --until 1ms").code, 75);
+    fs::create_dir(place.path("elsewhere")).unwrap();
+    // The name, in which that of the exports has a part, is found where these cannot be written.
+    place.write("f", "");
+    let said = shard(&place, "run small.toml --shard 2/2 --export f");
+    assert_eq!(said.code, 1, "{}", said.out);
+    fs::remove_file(place.path("f")).unwrap();
+    let left: Vec<_> = fs::read_dir(place.path("tmp")).unwrap().map(Result::unwrap).collect();
+    assert_eq!(left.len(), 1, "what is not exported is kept");
+    let local = left[0].path();
+    fs::remove_dir_all(&local).unwrap();
+    std::os::unix::fs::symlink(place.path("elsewhere"), &local).unwrap();
+    let said = shard(&place, "run small.toml --shard 2/2 --export f");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("is not a directory of this user"), "{}", said.err);
+    assert!(fs::read_dir(place.path("elsewhere")).unwrap().next().is_none());
 }
 
 #[test]
-fn what_does_not_belong_together_is_refused_in_words() {
-    let place = sharded();
-    place.write("other.toml", with_files().replace("Does it slip?", "Does it stick?"));
-    assert_eq!(place.call("run other.toml --workers 2 --store other").code, 0);
-    fs::copy(path(&place, 1), place.path("later.tribosweep")).unwrap();
-    let mut bytes = fs::read(place.path("later.tribosweep")).unwrap();
-    bytes[18] = 9;
-    place.write("later.tribosweep", bytes);
-    place.write("letter.tribosweep", "dear reader");
-    let header = ExportHeader {
-        program: "0.1.0".to_owned(),
-        shard: Some(ShardName { study: "small".to_owned(), index: 3, count: 16 }),
+fn plans_show_what_each_shard_has() {
+    let place = Place::with("small.toml", SMALL);
+    let plan = place.json("plan small.toml --shards 4 --json");
+    let shards = plan["shards"].as_array().unwrap();
+    let points = |shard: &serde_json::Value| shard["points"].as_u64().unwrap();
+    assert_eq!(shards.iter().map(points).sum::<u64>(), 6);
+    for (index, listed) in (1..).zip(shards) {
+        let alone = place.json(&format!("plan small.toml --shard {index}/4 --json"));
+        assert_eq!(alone["points"], listed["points"]);
+        assert_eq!(alone["shard"], format!("{index}/4"));
+    }
+    assert!(!Path::new(&place.path(".tribosweep")).exists());
+}
+
+/// A study that is too large to be listed is run, counted and read in parts.
+#[test]
+fn a_study_that_is_too_large_for_one_run_is_read_in_parts() {
+    let axis = |name: &str, from: &str, to: &str| {
+        format!("\"{name}\" = {{ from = {from}, to = {to}, count = 1000 }}\n")
     };
-    ExportWriter::open(&place.path("three.tribosweep"), &header).unwrap().close().unwrap();
-    insta::assert_snapshot!(place.transcript(&[
-        &["store", "merge", "exports", "other", "--into", "merged"],
-        &["store", "merge", "exports", "three.tribosweep", "--into", "merged"],
-        &["store", "merge", "exports", "later.tribosweep", "--into", "merged"],
-        &["store", "merge", "exports", "letter.tribosweep", "--into", "merged"],
-        &["store", "merge", "other", "--into", "three.tribosweep"],
-        &["store", "merge", "--into", "merged"],
-        &["store", "merge", "exports"],
-        &["store", "import"],
-    ]));
-    assert!(!place.path("merged").exists());
-}
-
-#[test]
-fn damage_to_exports_is_found_and_another_copy_heals_it() {
-    let place = sharded();
-    assert_eq!(place.call("store merge exports --into copy.tribosweep").code, 0);
-    let file = path(&place, 2);
-    let bytes = fs::read(&file).unwrap();
-    let reader = Store::read(&file).unwrap();
-    let key = reader.keys().unwrap()[0];
-    let record = reader.get(&key).unwrap().unwrap();
-    let fields = Record::decode(&record).unwrap().fields.unwrap();
-    let digest: Digest = store::Blobs::kept_digest(&fields).unwrap();
-    let place_of =
-        |needle: &[u8]| bytes.windows(needle.len()).rposition(|window| window == needle).unwrap();
-    // In the body of the record, and in that of its file of fields.
-    for offset in [place_of(&key.0) + 60, place_of(&digest.0) + 60] {
-        let mut flipped = bytes.clone();
-        flipped[offset] ^= 1;
-        fs::write(&file, &flipped).unwrap();
-        let verified = place.call("store verify --store exports");
-        assert_eq!(verified.code, 2, "{}", verified.out);
-        assert!(verified.out.contains("damaged: "), "{}", verified.out);
-        let merged = place.call("store merge exports --into merged");
-        assert_eq!(merged.code, 2, "{}", merged.out);
-        assert!(without_hashes(&merged.out).contains("left out: "), "{}", merged.out);
-        let healed = place.call("store merge exports copy.tribosweep --into merged");
-        assert!([0, 2].contains(&healed.code), "{}", healed.out);
-        assert_eq!(
-            place.json("store verify --json --store merged")["sound"],
-            true,
-            "{}",
-            healed.out
-        );
-        fs::remove_dir_all(place.path("merged")).unwrap();
+    let (head, _) = SMALL.split_once("[sweep]").unwrap();
+    let sweep =
+        [axis("friction.mu", "0.1", "0.9"), axis("foundation.base.shear_modulus", "1e9", "9e9")];
+    let place = Place::with("large.toml", format!("{head}[sweep]\n{}", sweep.concat()));
+    let said = place.call("run large.toml");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("run the study in 5 shards or more"), "{}", said.err);
+    let said = place.call("run large.toml --shard 1/2");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("needs more shards"), "{}", said.err);
+    let said = shard(&place, "run large.toml --shard 50000/50000 --export exports");
+    assert_eq!(said.code, 0, "{}", said.err);
+    let said = place.call("query small --store exports");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("query small --shard 1/5 --store exports"), "{}", said.err);
+    let rows = place.call("query small --shard 50000/50000 --format csv --store exports");
+    assert_eq!((rows.code, rows.out.lines().count()), (0, 21), "{}{}", rows.out, rows.err);
+    assert!(rows.out.lines().skip(1).all(|row| row.ends_with("certified")), "{}", rows.out);
+    let status = place.call("status --store exports");
+    assert_eq!(status.code, 0, "{}", status.err);
+    for words in ["1000000", "1 of 50000 shards finished", "20 jobs certified"] {
+        assert!(status.out.contains(words), "{words}: {}", status.out);
     }
-    // A shard that is running, or was copied in part, is read up to its last whole frame.
-    fs::write(&file, &bytes[..bytes.len() - 30]).unwrap();
-    let verified = place.call("store verify --store exports");
-    assert_eq!(verified.code, 0, "{}", verified.out);
-    assert!(verified.out.contains("no end: exports/small-2-of-4.tribosweep"), "{}", verified.out);
-    assert_eq!(place.call("query small --store exports").code, 0);
 }

@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -227,6 +227,8 @@ struct Running {
 
 impl Running {
     fn has_ended(&mut self) -> bool {
+        // What it has in shared memory is known to be its own only while it lives.
+        belongings(&self.bodies);
         self.child.try_wait().unwrap().is_some()
     }
 
@@ -319,24 +321,27 @@ fn pids() -> impl Iterator<Item = u32> {
         .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
 }
 
-/// Returns what runs have in shared memory whose large bodies travel through a directory, and
-/// shared memory of no run at all.
+/// The tags of runs that were seen to live, by the directory of their large bodies.
+static TAGS: Mutex<BTreeMap<PathBuf, BTreeSet<String>>> = Mutex::new(BTreeMap::new());
+
+/// Returns what runs have in shared memory whose large bodies travel through a directory: what has
+/// the tag of a run that this function has seen before, or sees now.
 fn belongings(bodies: &Path) -> Vec<PathBuf> {
     let shared: Vec<PathBuf> =
         fs::read_dir("/dev/shm").unwrap().flatten().map(|entry| entry.path()).collect();
     let tag = |path: &PathBuf| {
         let name = path.file_name()?.to_str()?.strip_prefix("tribo-")?;
-        Some(format!("/dev/shm/tribo-{}", name.get(..18)?))
+        Some(name.get(..18)?.to_owned())
     };
-    let is_ours = |path: &&PathBuf| {
-        let Some(run) = tag(path) else { return false };
-        match fs::read_link(Path::new(&run).join("bodies")) {
-            Ok(target) => target == bodies,
-            // A run removes its directory last.
-            Err(_) => !Path::new(&run).exists() && fs::symlink_metadata(path).is_ok(),
-        }
+    let leads_here =
+        |path: &&PathBuf| fs::read_link(path.join("bodies")).is_ok_and(|target| target == bodies);
+    let mut tags = TAGS.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = tags.entry(bodies.to_owned()).or_default();
+    known.extend(shared.iter().filter(leads_here).filter_map(tag));
+    let is_own = |path: &&PathBuf| {
+        tag(path).is_some_and(|tag| known.contains(&tag)) && fs::symlink_metadata(path).is_ok()
     };
-    shared.iter().filter(is_ours).cloned().collect()
+    shared.iter().filter(is_own).cloned().collect()
 }
 
 /// A generator of random numbers (SplitMix64).
@@ -529,8 +534,8 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
     );
 }
 
-/// Interrupts a run in its middle, and returns the results that it kept and the place.
-fn interrupted(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
+/// Stops a run in its middle, and returns the results that it kept and the place.
+fn stopped(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
     // On a busy machine the study may be over before it is seen to have begun.
     for _ in 0..10 {
         let place = Place::new();
@@ -551,11 +556,9 @@ fn interrupted(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
             continue;
         }
         let said = running.said();
-        assert_eq!(status.code(), Some(130), "{status}\n{said}");
         let kept = place.records();
         assert!(!kept.is_empty() && kept.len() < JOBS);
         let left = JOBS - kept.len();
-        assert!(said.contains("stopping after the jobs in flight"), "{said}");
         assert!(
             said.contains(&format!(
                 "{JOBS} points, {} certified, 0 failed, {left} left",
@@ -563,22 +566,32 @@ fn interrupted(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
             )),
             "{said}"
         );
-        let again = format!(
-            "interrupted; continue with: tribosweep resume {NAME} --store {}\n",
-            place.store().display()
-        );
-        assert!(said.contains(&again), "{said}");
+        let store = place.store();
+        let again = format!("tribosweep resume {NAME} --store {}", store.display());
+        let end = format!("{left} of {JOBS} jobs are left; the same command goes on\n");
+        let (code, notice, end) = if signal == Signal::INT {
+            let end = format!("interrupted; continue with: {again}\n");
+            (130, "stopping after the jobs in flight; Ctrl-C again stops now\n", end)
+        } else {
+            let end = format!("stopped in time (a signal asked for it): {end}");
+            (75, "stopping in time: no further job is begun\n", end)
+        };
+        assert_eq!(status.code(), Some(code), "{status}\n{said}");
+        assert!(said.contains(notice) && said.contains(&end), "{said}");
         assert_eq!(place.processes(), Vec::<u32>::new());
         assert_eq!(belongings(&running.bodies), Vec::<PathBuf>::new());
         return (place, kept);
     }
-    panic!("ten runs ended before they could be interrupted");
+    panic!("ten runs ended before they could be stopped");
 }
 
-fn interrupt_and_resume(signal: Signal) {
-    let (place, kept) = interrupted(signal);
-    fs::remove_file(place.path("study.toml")).unwrap();
-    let summary = last_line(&place.succeed(&["resume", NAME, "--workers", "2", "--json"]));
+/// Stops a run in its middle, and finishes it by a command of these words.
+fn stop_and_go_on(signal: Signal, words: &[&str]) {
+    let (place, kept) = stopped(signal);
+    if !words.contains(&"study.toml") {
+        fs::remove_file(place.path("study.toml")).unwrap();
+    }
+    let summary = last_line(&place.succeed(&[words, &["--workers", "2", "--json"]].concat()));
     assert_eq!(summary["run"]["cached"], kept.len());
     assert_eq!(summary["run"]["computing"], JOBS - kept.len());
     let records = place.records();
@@ -591,12 +604,18 @@ fn interrupt_and_resume(signal: Signal) {
 
 #[test]
 fn ctrl_c_keeps_what_is_finished_and_resume_needs_no_file() {
-    interrupt_and_resume(Signal::INT);
+    stop_and_go_on(Signal::INT, &["resume", NAME]);
 }
 
 #[test]
 fn termination_keeps_what_is_finished_and_resume_needs_no_file() {
-    interrupt_and_resume(Signal::TERM);
+    stop_and_go_on(Signal::TERM, &["resume", NAME]);
+}
+
+/// Batch systems send this signal some time before they kill.
+#[test]
+fn the_signal_of_a_batch_system_stops_in_time_and_the_same_command_goes_on() {
+    stop_and_go_on(Signal::USR1, &["run", "study.toml"]);
 }
 
 #[test]
@@ -610,7 +629,7 @@ fn a_finished_study_computes_nothing() {
         let summary = last_line(&out);
         assert_eq!(
             summary["run"],
-            serde_json::json!({ "jobs": JOBS, "cached": JOBS, "computing": 0, "seconds": 0.0, "interrupted": false })
+            serde_json::json!({ "jobs": JOBS, "cached": JOBS, "computing": 0, "seconds": 0.0, "interrupted": false, "stopped_in_time": false })
         );
         assert_eq!(place.records(), records);
     }

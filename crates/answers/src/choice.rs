@@ -35,7 +35,7 @@ pub fn choose(study: &Study, records: &RecordMap) -> Result<PointChoice, AnswerE
             let refinement =
                 MeshRefinement { study, records, on, until: *until, at_most: *at_most };
             let mut choice = PointChoice::default();
-            for index in 0..study.len() {
+            for index in study.indices() {
                 choice.extend(refinement.choose(index)?);
             }
             Ok(choice)

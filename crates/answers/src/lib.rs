@@ -14,6 +14,7 @@
 //!   [`patches`] and `solutions` read what one job has left.
 //! - `kind` says of each kind of study what is done with its jobs ([`perform`], [`forecast`]) and
 //!   how it answers.
+//! - [`shards`] cuts a study into parts for machines that do not know of each other.
 //! - [`Results`] puts these together.
 #![forbid(unsafe_code)]
 
@@ -32,6 +33,7 @@ mod place;
 mod records;
 mod results;
 pub mod rows;
+pub mod shards;
 mod solutions;
 #[cfg(test)]
 mod testing;

@@ -3,7 +3,7 @@
 use study::Study;
 
 /// A sphere of 50 mm, pressed 20 µm into a half-space.
-const SPHERE: &str = r#"
+pub(crate) const SPHERE: &str = r#"
 name = "sphere"
 [scene]
 foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }

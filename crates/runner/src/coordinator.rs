@@ -17,7 +17,10 @@
 //!   The others that it held go back uncharged.
 //! - What is no fault of a job leaves no record of it. A job whose worker lacked memory is tried
 //!   again with all memory for itself. If that is not enough, or the prediction is beyond the
-//!   limit, it is postponed: left for another run.
+//!   limit, it is postponed: left for another run. So is a job that loses its workers to other
+//!   circumstances as often as it may be tried.
+//! - A run that must end in time ([`time`]) begins no job that does not fit into what is left of
+//!   it, and gives up at last what is in flight.
 
 mod attempt;
 mod dealing;
@@ -28,6 +31,8 @@ mod state;
 mod step;
 #[cfg(test)]
 mod tests;
+mod time;
 
 pub(crate) use messages::{Action, Hopeless, Input};
-pub(crate) use state::{Coordinator, Tally};
+pub use state::EarlyEnd;
+pub(crate) use state::{Coordinator, Postponement, Tally};

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::coordinator::{Action, Coordinator, Hopeless, Input, Tally};
+use crate::coordinator::{Action, Coordinator, EarlyEnd, Hopeless, Input, Postponement, Tally};
 use crate::error::RunError;
 use crate::event::{Counts, Event, EventKind};
 use crate::interrupt::Interrupt;
@@ -22,7 +22,7 @@ pub struct Summary {
     pub done: usize,
     /// The number of jobs that were set aside.
     pub quarantined: usize,
-    /// The number of jobs that were not run because the run was interrupted.
+    /// The number of jobs that were not run because the run ended early.
     pub unfinished: usize,
     /// The number of failed attempts.
     pub failures: usize,
@@ -32,10 +32,11 @@ pub struct Summary {
     pub stale_results: usize,
     /// The sum of the times that workers spent in jobs \[s\].
     pub worker_seconds: f64,
-    /// The time that the run took \[s\].
+    /// The time that the run took by the clock on the wall \[s\], which goes on while the process
+    /// stands still.
     pub seconds: f64,
-    /// It is true if somebody asked to stop.
-    pub interrupted: bool,
+    /// The cause for which the run ended before its jobs did, if it did.
+    pub early_end: Option<EarlyEnd>,
 }
 
 /// Runs the tasks over a transport, as [`crate::run`] does over shared memory.
@@ -51,8 +52,8 @@ pub(crate) fn drive(
     let mut clock = AwakeClock::new();
     let mut coordinator = Coordinator::new(tasks, options);
     let mut inbox = VecDeque::from([Input::Begin]);
-    let mut interrupts = interrupt.raised();
-    inbox.extend((0..interrupts).map(|_| Input::Interrupt));
+    let mut heard = RequestsHeard::default();
+    inbox.extend(heard.news(interrupt));
     let mut hopeless = None;
     loop {
         let input = inbox.pop_front().unwrap_or(Input::Settled);
@@ -101,14 +102,17 @@ pub(crate) fn drive(
         inbox.extend(transport.wait(timeout)?);
         clock.time(timeout.unwrap_or(Duration::MAX));
         interrupt.rearm();
-        let raised = interrupt.raised();
-        inbox.extend((interrupts..raised).map(|_| Input::Interrupt));
-        interrupts = raised.max(interrupts);
+        inbox.extend(heard.news(interrupt));
+        inbox.extend(clock.lost().map(Input::StoodStill));
         inbox.push_back(Input::Clock);
     }
-    let summary = summary(coordinator.counts(), coordinator.tally, start.elapsed(), interrupts > 0);
+    let summary = Summary {
+        seconds: start.elapsed().as_secs_f64(),
+        early_end: coordinator.early_end(),
+        ..summary(coordinator.counts(), coordinator.tally)
+    };
     on_event(&Event {
-        seconds: summary.seconds,
+        seconds: clock.time(Duration::ZERO).as_secs_f64(),
         kind: EventKind::Finished,
         counts: coordinator.counts(),
     });
@@ -119,10 +123,28 @@ pub(crate) fn drive(
         }
         (Some(Hopeless::Losses(reason)), _) => Err(RunError::Losses { reason }),
         (Some(Hopeless::Delivery(reason)), _) => Err(RunError::Delivery { reason }),
-        (None, Some(reason)) if !summary.interrupted => {
-            Err(RunError::Postponed { jobs, reason: reason.to_owned() })
+        (None, Some(Postponement { reason, want })) if summary.early_end.is_none() => {
+            Err(RunError::Postponed { jobs, reason: reason.clone(), want: *want })
         }
         _ => Ok(summary),
+    }
+}
+
+/// The numbers of requests to stop that the coordinator has heard of.
+#[derive(Default)]
+struct RequestsHeard {
+    interrupts: u32,
+    ends: u32,
+}
+
+impl RequestsHeard {
+    /// Returns the requests since the last time.
+    fn news(&mut self, interrupt: &Interrupt) -> Vec<Input> {
+        let (raised, ends) = (interrupt.raised(), interrupt.ends());
+        let interrupts = (self.interrupts..raised).map(|_| Input::Interrupt);
+        let news = interrupts.chain((self.ends..ends).map(|_| Input::End)).collect();
+        (self.interrupts, self.ends) = (raised, ends);
+        news
     }
 }
 
@@ -132,6 +154,8 @@ pub(crate) fn drive(
 struct AwakeClock {
     time: Duration,
     last: Instant,
+    /// The time that it left out since it was last asked.
+    lost: Duration,
 }
 
 impl AwakeClock {
@@ -139,7 +163,7 @@ impl AwakeClock {
     const SLACK: Duration = Duration::from_secs(1);
 
     fn new() -> AwakeClock {
-        AwakeClock { time: Duration::ZERO, last: Instant::now() }
+        AwakeClock { time: Duration::ZERO, last: Instant::now(), lost: Duration::ZERO }
     }
 
     /// Returns the time since the start in which the process was awake, if it meant to be busy or
@@ -151,13 +175,20 @@ impl AwakeClock {
     fn pass(&mut self, now: Instant, expected: Duration) -> Duration {
         let passed = now.duration_since(self.last);
         let most = expected.saturating_add(Self::SLACK);
-        self.time += if passed > most { expected } else { passed };
+        let awake = if passed > most { expected } else { passed };
+        self.time += awake;
+        self.lost += passed - awake;
         self.last = now;
         self.time
     }
+
+    /// Returns the time that the clock has left out since the last call, if there was any.
+    fn lost(&mut self) -> Option<Duration> {
+        Some(std::mem::take(&mut self.lost)).filter(|lost| !lost.is_zero())
+    }
 }
 
-fn summary(counts: Counts, tally: Tally, elapsed: Duration, interrupted: bool) -> Summary {
+fn summary(counts: Counts, tally: Tally) -> Summary {
     Summary {
         done: counts.done,
         quarantined: counts.quarantined,
@@ -166,8 +197,8 @@ fn summary(counts: Counts, tally: Tally, elapsed: Duration, interrupted: bool) -
         workers_lost: tally.lost,
         stale_results: tally.stale,
         worker_seconds: tally.busy,
-        seconds: elapsed.as_secs_f64(),
-        interrupted,
+        seconds: 0.0,
+        early_end: None,
     }
 }
 
@@ -185,5 +216,6 @@ mod tests {
         // It wanted to wait for a second and woke after 36.
         assert_eq!(clock.pass(at(37.5), Duration::from_secs(1)), Duration::from_millis(2500));
         assert_eq!(clock.pass(at(38.0), Duration::MAX), Duration::from_secs(3));
+        assert_eq!((clock.lost(), clock.lost()), (Some(Duration::from_secs(35)), None));
     }
 }

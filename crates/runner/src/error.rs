@@ -46,6 +46,8 @@ pub enum RunError {
         jobs: usize,
         /// The reason why the last of them is left.
         reason: String,
+        /// The thing that the last of them did not have.
+        want: Want,
     },
     /// Workers do not start.
     #[error("workers cannot be started with `{command}`: {reason}")]
@@ -64,6 +66,15 @@ pub enum RunError {
     /// A rule of the coordinator is broken. This is checked only in debug builds.
     #[error("the coordinator contradicts itself: {0}")]
     Inconsistent(String),
+}
+
+/// The thing that a postponed job did not have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Want {
+    /// More memory may help it.
+    Memory,
+    /// Its worker was lost each time by something else than the job.
+    Luck,
 }
 
 fn left(jobs: usize) -> String {

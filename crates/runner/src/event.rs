@@ -8,7 +8,8 @@ use identity::JobKey;
 /// An event, with its time and the counts after it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Event {
-    /// The time since the start of the run \[s\].
+    /// The time since the start of the run \[s\], without that in which the process stood still,
+    /// stopped by a signal or a debugger.
     pub seconds: f64,
     /// The kind of the event.
     #[serde(flatten)]
@@ -143,6 +144,11 @@ pub enum EventKind {
     /// Somebody asked to stop.
     Interrupted {
         /// It is true if it was asked twice; then workers are killed.
+        now: bool,
+    },
+    /// The time of the run is up, or somebody asked for an end in time.
+    TimeUp {
+        /// It is true if the jobs in flight are given up; otherwise no further job is begun.
         now: bool,
     },
     /// The run ends.

@@ -10,7 +10,8 @@
 //!   committed once.
 //! - A worker that dies, hangs or stops is replaced, and its job is tried again. A job that fails
 //!   [`Options::attempts`] times is set aside with the reason, and the rest goes on. What is no
-//!   fault of the job is not counted: full disks, want of memory, limits of the process.
+//!   fault of the job is not counted: full disks, want of memory, limits of the process. A job that
+//!   meets it again and again is left for another run.
 //! - When the coordinator dies, its workers die with it. The next run removes what they left in
 //!   shared memory, as soon as the kernel has released the lock that the coordinator held.
 //! - Waiting costs no processor time on either side.
@@ -41,8 +42,9 @@ mod task;
 mod transport;
 mod worker;
 
+pub use coordinator::EarlyEnd;
 pub use drive::Summary;
-pub use error::{RunError, TransportError};
+pub use error::{RunError, TransportError, Want};
 pub use event::{Counts, Event, EventKind};
 pub use interrupt::Interrupt;
 pub use ipc::{WorkerArguments, WorkerError, work};

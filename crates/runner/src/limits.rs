@@ -10,7 +10,7 @@ use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use crate::root::{SHARED_MEMORY, free_shared_memory};
 use crate::signals::refuse_oversized_writes;
 
-/// The descriptors that the coordinator needs for a worker (measured: 24).
+/// The descriptors that the coordinator needs for a worker (measured: 25).
 const FILES_PER_WORKER: u64 = 26;
 /// The descriptors that the program needs for everything else: the store, its readers, figures.
 const FILES: u64 = 40;
@@ -19,8 +19,10 @@ const FILES: u64 = 40;
 const CHANNEL: u64 = 1 << 20;
 /// The shared memory that must stay free \[bytes\], so that others do not meet SIGBUS either.
 pub(crate) const RESERVE: u64 = 16 << 20;
-/// The threads that a worker has, its process counted as one.
+/// The threads that a worker has, its process counted as one, if its jobs use a single thread.
 const THREADS_PER_WORKER: usize = 3;
+/// The most threads of workers that are tried: a machine that grants so many grants more.
+const MOST_TRIED: usize = 3 << 10;
 /// The threads that the program needs for the store and for itself, beside one for each core
 /// (measured: 9, and one more for each reader and while a worker is started).
 const THREADS: usize = 14;
@@ -50,7 +52,9 @@ pub struct LimitError(String);
 /// # Errors
 /// [`LimitError`] if a limit of the process is so low that a library would fail without a word.
 pub fn prepare_process() -> Result<(), LimitError> {
-    let _ = refuse_oversized_writes();
+    refuse_oversized_writes().map_err(|error| {
+        LimitError(format!("the system does not say when a file becomes too large: {error}"))
+    })?;
     let files = getrlimit(Resource::Nofile);
     // The hard limit may be beyond what the kernel grants now; then the soft one stays.
     let _ = setrlimit(Resource::Nofile, Rlimit { current: files.maximum, maximum: files.maximum });
@@ -150,8 +154,8 @@ pub(crate) struct Room {
     pub(crate) reason: String,
 }
 
-/// Returns how many workers have room, if it is fewer than `wanted`.
-pub(crate) fn room(wanted: usize) -> Option<Room> {
+/// Returns how many workers have room whose jobs use so many threads, if it is fewer than `wanted`.
+pub(crate) fn room(wanted: usize, threads: usize) -> Option<Room> {
     let limited = |workers: u64, reason: String| Room { workers: workers as usize, reason };
     let mut rooms = Vec::new();
     if let Some(files) = free_files() {
@@ -161,19 +165,28 @@ pub(crate) fn room(wanted: usize) -> Option<Room> {
         ));
     }
     rooms.extend(shared_memory_for(wanted));
-    // More are not tried: a machine that grants so many grants more.
-    let tried = (wanted.min(1024) * THREADS_PER_WORKER) + THREADS;
+    let tried = wanted.saturating_mul(threads_of_worker(threads)).min(MOST_TRIED) + THREADS;
     let granted = threads_granted(tried);
-    if granted < tried {
-        rooms.push(limited(
-            (granted.saturating_sub(THREADS) / THREADS_PER_WORKER) as u64,
-            format!(
-                "a worker needs {THREADS_PER_WORKER} threads, and this user may start {granted} \
-                 more (`ulimit -u`)"
-            ),
-        ));
-    }
+    rooms.extend((granted < tried).then(|| room_in_threads(granted, threads)));
     rooms.into_iter().filter(|room| room.workers < wanted).min_by_key(|room| room.workers)
+}
+
+/// Returns the number of threads of a worker whose jobs use so many of them. Its own is one of
+/// those.
+fn threads_of_worker(threads: usize) -> usize {
+    threads.saturating_sub(1).saturating_add(THREADS_PER_WORKER)
+}
+
+/// Returns how many workers have room whose jobs use so many threads, when the program and its
+/// workers may start `granted` threads.
+fn room_in_threads(granted: usize, threads: usize) -> Room {
+    let needed = threads_of_worker(threads);
+    Room {
+        workers: granted.saturating_sub(THREADS) / needed,
+        reason: format!(
+            "a worker needs {needed} threads, and this user may start {granted} more (`ulimit -u`)"
+        ),
+    }
 }
 
 /// Returns how many channels have room in shared memory, if they are fewer than `wanted`.
@@ -240,14 +253,25 @@ mod tests {
 
     #[test]
     fn this_machine_has_room_for_a_worker() {
-        assert_eq!(room(1), None);
+        assert_eq!(room(1, 1), None);
         assert_eq!(threads_granted(3), 3);
     }
 
     #[test]
     fn there_is_no_room_for_any_number_of_workers() {
-        let room = room(usize::MAX / 8).unwrap();
+        let room = room(usize::MAX / 8, 1).unwrap();
         assert!(room.workers < usize::MAX / 8 && room.reason.starts_with("a worker needs"));
+    }
+
+    #[test]
+    fn workers_with_many_threads_have_less_room() {
+        let workers = [1, 2, 8, usize::MAX].map(|threads| {
+            let Room { workers, reason } = room_in_threads(THREADS + 12, threads);
+            assert!(reason.ends_with("this user may start 26 more (`ulimit -u`)"), "{reason}");
+            workers
+        });
+        assert_eq!(workers, [4, 3, 1, 0]);
+        assert!(room_in_threads(5, 4).reason.starts_with("a worker needs 6 threads, and"));
     }
 
     #[test]

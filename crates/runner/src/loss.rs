@@ -25,9 +25,14 @@ pub(crate) enum Cause {
 }
 
 impl Loss {
-    /// Tells how a process ended. `is_starved` says whether the system killed processes for want
-    /// of memory lately; it is asked only if that matters.
-    pub(crate) fn of(status: ExitStatus, is_starved: impl FnOnce() -> bool) -> Loss {
+    /// Tells how a process ended whose last words on standard error are known. `is_starved` says
+    /// whether the system has begun to kill processes for want of memory; it is asked only if that
+    /// matters.
+    pub(crate) fn of(
+        status: ExitStatus,
+        last_words: &str,
+        is_starved: impl FnOnce() -> bool,
+    ) -> Loss {
         let Some(signal) = status.signal() else {
             let how = match status.code() {
                 Some(code) => format!("exit status {code}"),
@@ -41,7 +46,9 @@ impl Loss {
         let (name, meaning, cause) = match signal {
             1 => ("SIGHUP", "", Cause::Circumstances),
             2 => ("SIGINT", "", Cause::Circumstances),
-            6 => ("SIGABRT", "out of memory, or a panic in a panic", Cause::Memory),
+            6 if lacked_memory(last_words) => ("SIGABRT", "out of memory", Cause::Memory),
+            6 if last_words.contains(NO_STACK) => ("SIGABRT", "a stack overflow", Cause::Job),
+            6 => ("SIGABRT", "a panic in a panic, or a call of abort", Cause::Job),
             7 => {
                 ("SIGBUS", "shared memory or a mapped file ran out of space", Cause::Circumstances)
             }
@@ -49,6 +56,7 @@ impl Loss {
                 ("SIGKILL", "the system had too little memory and killed it", Cause::Memory)
             }
             9 => ("SIGKILL", "", Cause::Job),
+            10 => ("SIGUSR1", "", Cause::Circumstances),
             11 => ("SIGSEGV", "stack overflow, or a fault in memory", Cause::Job),
             15 => ("SIGTERM", "", Cause::Circumstances),
             24 => ("SIGXCPU", "the limit of processor time, `ulimit -t`", Cause::Circumstances),
@@ -61,6 +69,18 @@ impl Loss {
     }
 }
 
+/// The beginning and the end of what the standard library says before it aborts a process that
+/// cannot have the memory that it asks for.
+const NO_MEMORY: [&str; 2] = ["memory allocation of ", " bytes failed"];
+/// The words of the standard library before it aborts a process whose stack is full.
+const NO_STACK: &str = "has overflowed its stack";
+
+/// Tells by its last words whether a process was aborted because it lacked memory.
+fn lacked_memory(last_words: &str) -> bool {
+    let [begin, end] = NO_MEMORY;
+    last_words.lines().any(|line| line.starts_with(begin) && line.contains(end))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -68,11 +88,34 @@ mod tests {
     #[test]
     fn the_system_that_kills_for_want_of_memory_is_told_from_others_that_kill() {
         let killed = ExitStatus::from_raw(9);
-        assert_eq!(Loss::of(killed, || false).cause, Cause::Job);
-        let starved = Loss::of(killed, || true);
+        assert_eq!(Loss::of(killed, "", || false).cause, Cause::Job);
+        let starved = Loss::of(killed, "", || true);
         assert_eq!(starved.cause, Cause::Memory);
         assert!(starved.how.starts_with("signal 9, SIGKILL: the system had too little memory"));
-        let left = Loss::of(ExitStatus::from_raw(1 << 8), || unreachable!());
+        let left = Loss::of(ExitStatus::from_raw(1 << 8), "", || unreachable!());
         assert_eq!(left, Loss { how: "exit status 1".into(), cause: Cause::Circumstances });
+    }
+
+    #[test]
+    fn an_abort_is_for_want_of_memory_only_if_the_process_said_so() {
+        let aborted = |words: &str| Loss::of(ExitStatus::from_raw(6), words, || unreachable!());
+        for (words, meaning, cause) in [
+            (
+                "warned\nmemory allocation of 3000000000 bytes failed\n",
+                "out of memory",
+                Cause::Memory,
+            ),
+            ("\nthread 'main' (7) has overflowed its stack\n", "a stack overflow", Cause::Job),
+            (
+                "thread panicked while processing panic. aborting.\n",
+                "a panic in a panic",
+                Cause::Job,
+            ),
+            ("", "a panic in a panic, or a call of abort", Cause::Job),
+        ] {
+            let Loss { how, cause: found } = aborted(words);
+            assert!(how.starts_with(&format!("signal 6, SIGABRT: {meaning}")), "{how}");
+            assert_eq!(found, cause, "{words}");
+        }
     }
 }

@@ -117,7 +117,7 @@ impl Mount {
     }
 }
 
-/// The time for which a kill by the system explains the death of a worker.
+/// The time for which a kill by the system explains the death of a worker, since it was found.
 const LATELY: Duration = Duration::from_secs(10);
 /// The share of the last ten seconds in which some process waited for memory, above which the
 /// system is called short of it \[percent\].
@@ -126,22 +126,26 @@ const PRESSURE: f64 = 20.0;
 /// A watch over the processes that the system kills for want of memory.
 #[derive(Debug)]
 pub(crate) struct Starvation {
+    /// The number of kills at the last look.
     kills: u64,
-    last: Option<Instant>,
+    /// The time of the last look that found more of them.
+    found: Option<Instant>,
 }
 
 impl Starvation {
     pub(crate) fn watch() -> Starvation {
-        Starvation { kills: kills(), last: None }
+        Starvation { kills: kills(), found: None }
     }
 
-    /// Returns true if the system killed a process for want of memory lately, or is short of it.
+    /// Returns true if the system has killed a process for want of memory since the last look,
+    /// however long ago that was, or if a look found so less than [`LATELY`] ago, or if the system
+    /// is short of memory.
     pub(crate) fn is_felt(&mut self) -> bool {
         let kills = kills();
         if kills > self.kills {
-            (self.kills, self.last) = (kills, Some(Instant::now()));
+            (self.kills, self.found) = (kills, Some(Instant::now()));
         }
-        self.last.is_some_and(|last| last.elapsed() < LATELY) || pressure() > PRESSURE
+        self.found.is_some_and(|found| found.elapsed() < LATELY) || pressure() > PRESSURE
     }
 }
 

@@ -11,6 +11,8 @@ use crate::error::RunError;
 pub struct Options {
     /// The number of worker processes at a time, at least 1.
     pub workers: usize,
+    /// The number of threads that a worker started by `worker_command` uses for a job, at least 1.
+    pub threads: usize,
     /// The program and the arguments that start a worker.
     /// [`WorkerArguments`](crate::WorkerArguments) are appended as one argument.
     pub worker_command: Vec<OsString>,
@@ -37,14 +39,25 @@ pub struct Options {
     pub grace: Duration,
     /// The factor of the predicted time in the deadline (see `grace`).
     pub patience: f64,
+    /// The time since the start of the run after which no further job is begun, and into which a
+    /// job must fit by prediction to be begun at all.
+    pub until: Option<Duration>,
+    /// The time that jobs in flight may still take after `until`, or after a request to end in
+    /// time. Then they are given up, which is no attempt.
+    pub overtime: Duration,
+    /// It is true if one job is begun although `until` has passed or none fits, so that runs with
+    /// too little time get on nevertheless.
+    pub begins_one: bool,
 }
 
 impl Options {
-    /// Returns the usual options: one worker per core, three attempts, and deadlines of one minute
-    /// plus thirty times the prediction.
+    /// Returns the usual options: one worker per core, three attempts, deadlines of one minute plus
+    /// thirty times the prediction, and no end of time. The jobs in flight have 20 s when somebody
+    /// asks for an end, because batch systems kill 30 s after they have asked.
     pub fn new(worker_command: Vec<OsString>, bodies: PathBuf, memory_limit: u64) -> Options {
         Options {
             workers: std::thread::available_parallelism().map_or(1, usize::from),
+            threads: 1,
             worker_command,
             bodies,
             memory_limit,
@@ -55,6 +68,9 @@ impl Options {
             silence: Duration::from_secs(30),
             grace: Duration::from_secs(60),
             patience: 30.0,
+            until: None,
+            overtime: Duration::from_secs(20),
+            begins_one: true,
         }
     }
 
@@ -66,6 +82,9 @@ impl Options {
         let refuse = |what| Err(RunError::Options { what });
         if self.workers == 0 {
             return refuse("workers is 0, at least 1 is needed");
+        }
+        if self.threads == 0 {
+            return refuse("threads is 0, at least 1 is needed");
         }
         if self.worker_command.is_empty() {
             return refuse(

@@ -27,9 +27,10 @@ pub(crate) struct Queue {
     groups: Vec<JobGroup>,
     /// Every group that has a waiting job, the most expensive first.
     open: BTreeSet<(CostBits, GroupIndex)>,
+    /// Every waiting job, the cheapest first.
+    by_cost: BTreeSet<(u64, usize)>,
     /// The group and the cost of each job.
     jobs: Vec<(GroupIndex, CostBits)>,
-    len: usize,
 }
 
 impl Queue {
@@ -58,7 +59,17 @@ impl Queue {
 
     /// Returns the number of waiting jobs.
     pub(crate) fn len(&self) -> usize {
-        self.len
+        self.by_cost.len()
+    }
+
+    /// Returns the waiting job with the shortest predicted time.
+    pub(crate) fn shortest(&self) -> Option<usize> {
+        self.by_cost.first().map(|&(_, job)| job)
+    }
+
+    /// Returns the group of a job.
+    pub(crate) fn group(&self, job: usize) -> GroupIndex {
+        self.jobs[job].0
     }
 
     /// Returns true if this job waits.
@@ -71,9 +82,8 @@ impl Queue {
     /// Puts a job back into its place in the order.
     pub(crate) fn put(&mut self, job: usize) {
         let (group, cost) = self.jobs[job];
-        if self.groups[group].waiting.insert((cost, job)) {
-            self.len += 1;
-        }
+        self.groups[group].waiting.insert((cost, job));
+        self.by_cost.insert((cost.0, job));
         self.open.insert((self.groups[group].rank, group));
     }
 
@@ -81,7 +91,7 @@ impl Queue {
     pub(crate) fn take_this(&mut self, job: usize) -> bool {
         let (group, cost) = self.jobs[job];
         let taken = self.groups[group].waiting.remove(&(cost, job));
-        self.len -= usize::from(taken);
+        self.by_cost.remove(&(cost.0, job));
         if self.groups[group].waiting.is_empty() {
             self.open.remove(&(self.groups[group].rank, group));
         }
@@ -104,14 +114,21 @@ impl Queue {
         self.groups.iter().map(|group| group.holders).collect()
     }
 
-    /// Takes the next job that `fits` for a worker that holds the group `held`.
+    /// Takes the next job that `fits`, and whose predicted time is at most `longest` \[s\], for a
+    /// worker that holds the group `held`.
     pub(crate) fn take(
         &mut self,
         held: Option<GroupIndex>,
+        longest: f64,
         fits: impl Fn(usize) -> bool,
     ) -> Option<(usize, GroupIndex)> {
+        let longest = longest.max(0.0).to_bits();
+        if self.by_cost.first().is_none_or(|&(cost, _)| cost > longest) {
+            return None;
+        }
         let first = |group: GroupIndex| {
-            self.groups[group].waiting.iter().copied().find(|&(_, job)| fits(job))
+            let mut short = self.groups[group].waiting.range((Reverse(longest), 0)..).copied();
+            short.find(|&(_, job)| fits(job))
         };
         let held = held.and_then(|group| Some((group, first(group)?)));
         let unclaimed = || {
@@ -140,16 +157,16 @@ mod tests {
     fn a_worker_stays_with_its_group_and_takes_long_jobs_first() {
         let mut queue = Queue::new([(7, 1.0), (9, 5.0), (7, 3.0), (9, 1.0), (7, 2.0), (7, 1.5)]);
         // Group 7 costs 7.5 s, and group 9 costs 6 s.
-        let (job, a) = queue.take(None, |_| true).unwrap();
+        let (job, a) = queue.take(None, f64::INFINITY, |_| true).unwrap();
         assert_eq!(job, 2);
         queue.hold(None, Some(a));
-        let (job, b) = queue.take(None, |_| true).unwrap();
+        let (job, b) = queue.take(None, f64::INFINITY, |_| true).unwrap();
         assert_eq!(job, 1, "the second worker opens the other group");
         queue.hold(None, Some(b));
-        assert_eq!(queue.take(Some(a), |_| true).unwrap().0, 4);
-        assert_eq!(queue.take(Some(b), |_| true).unwrap().0, 3);
+        assert_eq!(queue.take(Some(a), f64::INFINITY, |_| true).unwrap().0, 4);
+        assert_eq!(queue.take(Some(b), f64::INFINITY, |_| true).unwrap().0, 3);
         assert_eq!(
-            queue.take(Some(b), |_| true).unwrap(),
+            queue.take(Some(b), f64::INFINITY, |_| true).unwrap(),
             (5, a),
             "and joins the first when its own is empty"
         );
@@ -157,9 +174,21 @@ mod tests {
         queue.put(5);
         assert!(queue.contains(5));
         assert_eq!(
-            queue.take(Some(a), |job| job != 5).unwrap().0,
+            queue.take(Some(a), f64::INFINITY, |job| job != 5).unwrap().0,
             0,
             "what does not fit is passed over"
         );
+    }
+
+    #[test]
+    fn what_takes_longer_than_there_is_time_for_is_passed_over() {
+        let mut queue = Queue::new([(7, 1.0), (9, 5.0), (7, 3.0), (9, 2.0)]);
+        assert_eq!(queue.shortest(), Some(0));
+        assert_eq!(queue.take(None, 0.5, |_| true), None);
+        assert_eq!(queue.take(None, 2.0, |_| true), Some((3, queue.group(3))));
+        assert_eq!(queue.take(Some(queue.group(2)), 2.5, |_| true).unwrap().0, 0);
+        assert_eq!(queue.take(None, 2.5, |_| true), None);
+        assert_eq!((queue.shortest(), queue.len()), (Some(2), 2));
+        assert_eq!(queue.take(None, f64::INFINITY, |_| true).unwrap().0, 1);
     }
 }

@@ -36,7 +36,8 @@ pub fn run(
     }
     sweep_leftovers();
     let mut options = options.clone();
-    if let Some(Room { workers, reason }) = room(options.workers.min(tasks.len())) {
+    if let Some(Room { workers, reason }) = room(options.workers.min(tasks.len()), options.threads)
+    {
         if workers == 0 {
             return Err(RunError::Room { reason });
         }

@@ -2,6 +2,7 @@
 
 #![allow(unsafe_code)]
 
+use std::io::ErrorKind;
 use std::os::fd::AsFd;
 use std::sync::OnceLock;
 
@@ -16,16 +17,23 @@ static RAISED: OnceLock<Interrupt> = OnceLock::new();
 /// The number of requests that a run obeys: to finish the jobs in flight, and to stop at once.
 const HEARD: u32 = 2;
 
-/// Raises a request whenever the process gets SIGINT, SIGTERM or SIGHUP. A signal that is ignored
-/// when the program starts stays ignored, as `nohup` and `trap ''` want it. Only the first request
-/// of a process is raised. Who asks three times is not heard, because the process waits for
-/// something else than its run, and then it ends at once.
+/// The exit code of a process that SIGTERM or SIGUSR1 ends: it should be started again
+/// (EX_TEMPFAIL of `sysexits.h`).
+const TRY_AGAIN: i32 = 75;
+
+/// Raises a request whenever the process gets SIGINT or SIGHUP, and asks it for an end in time at
+/// SIGTERM and SIGUSR1, by which batch systems tell that the time is up. A signal that is ignored
+/// when the program starts stays ignored, as `nohup` and `trap ''` want it. Who asks three times is
+/// not heard, because the process waits for something else than its run, and then it ends at once.
 ///
 /// # Errors
-/// The system refuses to tell the process about signals.
+/// The system refuses to tell the process about signals, or they raise another request already.
 pub fn raise_on_signals(interrupt: &Interrupt) -> std::io::Result<()> {
-    RAISED.get_or_init(|| interrupt.clone());
-    for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP] {
+    if RAISED.set(interrupt.clone()).is_err() {
+        let words = "the signals of this process raise another request already";
+        return Err(std::io::Error::new(ErrorKind::AlreadyExists, words));
+    }
+    for signal in [Signal::SIGINT, Signal::SIGHUP, Signal::SIGTERM, Signal::SIGUSR1] {
         let before = set(signal, SigHandler::Handler(raise))?;
         if matches!(before.handler(), SigHandler::SigIgn) {
             set(signal, SigHandler::SigIgn)?;
@@ -36,13 +44,28 @@ pub fn raise_on_signals(interrupt: &Interrupt) -> std::io::Result<()> {
 
 extern "C" fn raise(signal: libc::c_int) {
     if let Some(interrupt) = RAISED.get() {
-        interrupt.raise();
-        if interrupt.raised() > HEARD {
+        let is_end = matches!(signal, libc::SIGTERM | libc::SIGUSR1);
+        if is_end {
+            interrupt.end_in_time();
+        } else {
+            interrupt.raise();
+        }
+        if interrupt.raised().saturating_add(interrupt.ends()) > HEARD {
             // SAFETY: `_exit` may be called in a signal handler; it runs no destructor. That loses
             // nothing that is done, and the next run clears up.
-            unsafe { libc::_exit(128 + signal) }
+            unsafe { libc::_exit(if is_end { TRY_AGAIN } else { 128 + signal }) }
         }
     }
+}
+
+/// Makes a worker deaf to SIGTERM and SIGUSR1, which batch systems send to all processes of a run:
+/// the coordinator hears them, and decides what becomes of the job.
+///
+/// # Errors
+/// The system refuses.
+pub(crate) fn leave_ends_to_the_coordinator() -> std::io::Result<()> {
+    set(Signal::SIGTERM, SigHandler::SigIgn)?;
+    set(Signal::SIGUSR1, SigHandler::SigIgn).map(drop)
 }
 
 /// Makes a write beyond the largest size that a file may have (`ulimit -f`) an error instead of a

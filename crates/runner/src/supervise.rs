@@ -2,10 +2,12 @@
 //! begin.
 
 use std::ffi::OsString;
+use std::io::{ErrorKind, Read, Write, stderr};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::process::CommandExt;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStderr, Command, Stdio};
 
+use rustix::io::ioctl_fionbio;
 use rustix::process::{Pid, PidfdFlags, Resource, Rlimit, Signal, getppid, pidfd_open, setrlimit};
 
 use crate::loss::{Cause, Loss};
@@ -20,12 +22,22 @@ pub(crate) struct Process {
     /// The descriptor that is readable once the process has ended, so that its death wakes the
     /// coordinator at once.
     end: OwnedFd,
+    /// The standard error of the process, until it is closed.
+    words: Option<ChildStderr>,
+    /// The end of what the process said there.
+    last_words: Vec<u8>,
 }
 
+/// The number of bytes that are kept of what a process says. A backtrace may follow the words that
+/// tell why it was aborted.
+const LAST_WORDS: usize = 64 << 10;
+/// The number of bytes that are read of it at a time, at least as many as a pipe holds.
+const MOST_WORDS: usize = 128 << 10;
+
 impl Process {
-    /// Starts `command` with one more argument. Its standard input and output are closed, and it
-    /// shares standard error. It is in a process group of its own, so that Ctrl-C at the terminal
-    /// reaches the coordinator alone.
+    /// Starts `command` with one more argument. Its standard input and output are closed, and what
+    /// it says on standard error is passed on. It is in a process group of its own, so that Ctrl-C
+    /// at the terminal reaches the coordinator alone.
     pub(crate) fn start(command: &[OsString], argument: &str) -> Result<Process, String> {
         let (program, arguments) = command.split_first().ok_or("no command")?;
         let mut command = Command::new(program);
@@ -38,10 +50,14 @@ impl Process {
             .arg(argument)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
+            .stderr(Stdio::piped())
             .process_group(0);
         let mut child = command.spawn().map_err(|error| error.to_string())?;
-        match pidfd_open(Pid::from_child(&child), PidfdFlags::empty()) {
-            Ok(end) => Ok(Process { child, end }),
+        let words = child.stderr.take();
+        let unblocked = words.as_ref().map_or(Ok(()), |pipe| ioctl_fionbio(pipe, true));
+        let end = pidfd_open(Pid::from_child(&child), PidfdFlags::empty());
+        match unblocked.and(end) {
+            Ok(end) => Ok(Process { child, end, words, last_words: Vec::new() }),
             Err(error) => {
                 let _ = child.kill();
                 let _ = child.wait();
@@ -64,12 +80,46 @@ impl Process {
         self.end.as_fd()
     }
 
+    /// Returns the descriptor that is readable when the process has said something on standard
+    /// error.
+    pub(crate) fn words(&self) -> Option<BorrowedFd<'_>> {
+        self.words.as_ref().map(AsFd::as_fd)
+    }
+
+    /// Passes on what the process has said on standard error, and keeps the end of it.
+    pub(crate) fn pass_words_on(&mut self) {
+        let (mut buffer, mut total) = ([0; 4096], 0);
+        while let Some(pipe) = &mut self.words {
+            match pipe.read(&mut buffer) {
+                Ok(0) => self.words = None,
+                Ok(length) => {
+                    // Nobody may be there to read it.
+                    let _ = stderr().write_all(&buffer[..length]);
+                    self.last_words.extend_from_slice(&buffer[..length]);
+                    let excess = self.last_words.len().saturating_sub(LAST_WORDS);
+                    self.last_words.drain(..excess);
+                    total += length;
+                    if total >= MOST_WORDS {
+                        return;
+                    }
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
+                Err(_) => self.words = None,
+            }
+        }
+    }
+
     /// Returns how the process ended, or `None` while it lives. `is_starved` says whether the
-    /// system killed processes for want of memory lately.
+    /// system has begun to kill processes for want of memory.
     pub(crate) fn ended(&mut self, is_starved: impl FnOnce() -> bool) -> Option<Loss> {
         match self.child.try_wait() {
             Ok(None) => None,
-            Ok(Some(status)) => Some(Loss::of(status, is_starved)),
+            Ok(Some(status)) => {
+                self.pass_words_on();
+                let last_words = String::from_utf8_lossy(&self.last_words);
+                Some(Loss::of(status, &last_words, is_starved))
+            }
             Err(error) => Some(Loss {
                 how: format!("its exit status cannot be had: {error}"),
                 cause: Cause::Circumstances,
@@ -82,6 +132,7 @@ impl Drop for Process {
     fn drop(&mut self) {
         self.kill();
         let _ = self.child.wait();
+        self.pass_words_on();
     }
 }
 

@@ -215,7 +215,7 @@ fn remove_unfinished_snapshots(directory: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// The directory of the database within a store.
+/// The directory of the database within the store.
 pub(crate) const RECORDS: &str = "records";
 
 /// The name of sled's log.

@@ -7,7 +7,7 @@ use std::time::Duration;
 use identity::{JobKey, STORED_LIMIT};
 
 use crate::access::{self, Wanted};
-use crate::database::Fault;
+use crate::database::{Fault, LOG, RECORDS};
 use crate::digest::Digest;
 use crate::frame::EXPORT_FORMAT;
 use crate::manifest::FORMAT;
@@ -385,7 +385,7 @@ impl WriteError {
     }
 
     pub(crate) fn require_space(directory: &Path, bytes: u64) -> Result<(), WriteError> {
-        match volume::space(directory, bytes) {
+        match volume::space(directory, &directory.join(RECORDS).join(LOG), bytes) {
             Ok(Space::Enough) => Ok(()),
             Ok(Space::Short { free, needed }) => {
                 Err(WriteError::DiskFull { path: directory.to_owned(), free, needed })

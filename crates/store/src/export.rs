@@ -527,7 +527,7 @@ impl ExportWriter {
     ///
     /// # Errors
     /// Those of [`flush`](ExportWriter::flush).
-    pub fn close(mut self) -> Result<(), ExportError> {
+    pub fn close(&mut self) -> Result<(), ExportError> {
         self.write_end()?;
         self.flush()
     }

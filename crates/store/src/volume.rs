@@ -6,8 +6,6 @@ use std::path::Path;
 use rustix::fs::{statfs, statvfs};
 use rustix::process::{Resource, getrlimit};
 
-use crate::database::{LOG, RECORDS};
-
 /// The space that is never used \[bytes\]. sled extends its file by whole segments of 512 KiB and
 /// keeps several open, and the manifest is written beside its predecessor. With this reserve sled
 /// never meets a full disk, which it does not survive.
@@ -63,15 +61,14 @@ pub(crate) enum Space {
 }
 
 /// Determines whether writing `bytes` to the store in `directory` could fill its file system, or
-/// make its database larger than a file may be.
-pub(crate) fn space(directory: &Path, bytes: u64) -> io::Result<Space> {
+/// make the log of its database larger than a file may be.
+pub(crate) fn space(directory: &Path, log: &Path, bytes: u64) -> io::Result<Space> {
     let volume = statvfs(directory)?;
     let free = volume.f_bavail.saturating_mul(volume.f_frsize);
     // A record is written once to the log and again when its page is consolidated.
     let needed = bytes.saturating_mul(4).saturating_add(RESERVE);
     if let Some(largest) = getrlimit(Resource::Fsize).current {
-        let database = directory.join(RECORDS).join(LOG);
-        let size = std::fs::metadata(database).map_or(0, |metadata| metadata.len());
+        let size = std::fs::metadata(log).map_or(0, |metadata| metadata.len());
         if size.saturating_add(needed) > largest {
             return Ok(Space::Limited { largest, needed: size.saturating_add(needed) });
         }
@@ -102,7 +99,7 @@ mod tests {
     fn no_volume_has_room_for_everything() {
         let directory = std::env::temp_dir();
         assert!(
-            matches!(space(&directory, u64::MAX), Ok(Space::Short { needed, .. }) if needed == u64::MAX)
+            matches!(space(&directory, &directory, u64::MAX), Ok(Space::Short { needed, .. }) if needed == u64::MAX)
         );
     }
 }

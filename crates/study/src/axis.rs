@@ -41,6 +41,10 @@ use crate::value::Value;
 /// for each point and a run 10 kB, as measured.
 pub(crate) const MAX_POINTS: usize = 200_000;
 
+/// The largest number of points of a study that is run in shards, each of which has at most
+/// [`MAX_POINTS`].
+pub(crate) const MAX_SHARDED_POINTS: usize = 1_000_000_000_000;
+
 /// The largest number of load steps and layers of all points together. Each takes some 250 bytes.
 pub(crate) const MAX_ENTRIES: usize = 2_000_000;
 
@@ -216,10 +220,10 @@ impl Group {
     }
 }
 
-/// Returns the number of points that the groups make; `None` beyond [`MAX_POINTS`].
+/// Returns the number of points that the groups make; `None` beyond [`MAX_SHARDED_POINTS`].
 pub(crate) fn count(groups: &[Group]) -> Option<usize> {
     groups.iter().try_fold(1usize, |product, group| {
-        product.checked_mul(group.length).filter(|count| *count <= MAX_POINTS)
+        product.checked_mul(group.length).filter(|count| *count <= MAX_SHARDED_POINTS)
     })
 }
 

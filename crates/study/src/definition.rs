@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, encode};
 use crate::error::StudyError;
 use crate::study::Study;
-use crate::study_files::NamedFile;
+use crate::study_files::{NamedFile, ReadFile};
 
 /// The reason why a stored definition is no study.
 #[derive(Debug, thiserror::Error)]
@@ -18,11 +18,19 @@ pub enum DefinitionError {
     Study(#[from] StudyError),
 }
 
+/// A reader of the text of a study, which is given with its path and a reader of its files.
+type Parse = fn(&str, &str, &mut ReadFile<'_>) -> Result<Study, StudyError>;
+
 impl Study {
     /// Returns the bytes of everything that is needed to read the study again when its files are
     /// gone: its path, its text and the files that it names.
     pub fn definition(&self) -> Vec<u8> {
         encode(&(&self.path, &self.text, &self.files.bytes))
+    }
+
+    /// Returns the files that the study names, each as its name in the study and its bytes.
+    pub fn named_files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.files.bytes.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
     }
 
     /// Returns the bytes of what a definition says beside the path of its file, which differs from
@@ -42,6 +50,20 @@ impl Study {
     ///
     /// Returns an error if the bytes do not decode, or if the text in them is no study.
     pub fn from_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
+        Self::defined(bytes, Study::parse)
+    }
+
+    /// Reads a [`definition`](Study::definition) of a study that may have more points than one run
+    /// takes, as [`parse_sharded`](Study::parse_sharded) does.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the bytes do not decode, or if the text in them is no study.
+    pub fn from_large_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
+        Self::defined(bytes, Study::parse_sharded)
+    }
+
+    fn defined(bytes: &[u8], parse: Parse) -> Result<Study, DefinitionError> {
         let (path, text, files) = decode::<(String, String, BTreeMap<String, Vec<u8>>), BLOB_LIMIT>(
             "the study's definition",
             bytes,
@@ -51,6 +73,6 @@ impl Study {
             let bytes = bytes.ok_or_else(|| "it is not in the study's definition".to_owned())?;
             Ok(NamedFile { bytes, may_quote: false })
         };
-        Ok(Study::parse(&text, &path, &mut read)?)
+        Ok(parse(&text, &path, &mut read)?)
     }
 }

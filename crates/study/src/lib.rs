@@ -74,6 +74,6 @@ pub use kind::cost::Cost;
 pub use point::StudyPoint;
 pub use provenance::Provenance;
 pub use record::{Ending, Record, Standing};
-pub use study::Study;
+pub use study::{MOST_POINTS, Study};
 pub use study_files::{NamedFile, ReadFile};
 pub use value::Value;

@@ -5,7 +5,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::adaptive::{self, Adaptive};
 use crate::assemble::HEIGHT_MAP;
-use crate::axis::{self, Group};
+use crate::axis::{self, Group, MAX_POINTS};
 use crate::error::{Mistake, StudyError, are_enough};
 use crate::figure;
 use crate::job::Job;
@@ -37,7 +37,22 @@ impl Study {
     ///
     /// Returns every mistake in the text, with its place.
     pub fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, StudyError> {
-        parse(text, path, files).map_err(|mistakes| StudyError::new(path, text, mistakes))
+        parse(text, path, files, false).map_err(|mistakes| StudyError::new(path, text, mistakes))
+    }
+
+    /// Reads the text of a study that is run in shards, like [`parse`](Study::parse). It may have
+    /// more points than one run takes; then only those along each axis are checked here, and those
+    /// of a shard by [`restricted`](Study::restricted).
+    ///
+    /// # Errors
+    ///
+    /// Returns every mistake in the text, with its place.
+    pub fn parse_sharded(
+        text: &str,
+        path: &str,
+        files: &mut ReadFile<'_>,
+    ) -> Result<Study, StudyError> {
+        parse(text, path, files, true).map_err(|mistakes| StudyError::new(path, text, mistakes))
     }
 
     /// Reads the height maps and profiles that any point needs, each once.
@@ -52,6 +67,17 @@ impl Study {
             .iter()
             .map(|group| axis::keys(&[], std::slice::from_ref(group)).any(names_files))
             .collect();
+        let combinations = self
+            .groups
+            .iter()
+            .zip(&deciding)
+            .filter(|(_, deciding)| **deciding)
+            .try_fold(1usize, |product, (group, _)| product.checked_mul(group.length));
+        if combinations.is_none_or(|combinations| combinations > MAX_POINTS) {
+            let span = self.axes().next().map_or(0..0, |axis| axis.span.clone());
+            let message = format!("the axes combine files in more than {MAX_POINTS} ways");
+            return vec![Mistake::new(span, message, "needs fewer values on the axes over files")];
+        }
         let mut steps = vec![0; self.groups.len()];
         let mut mistakes = Vec::new();
         loop {
@@ -97,9 +123,13 @@ impl Study {
     /// at their first value, which reports each bad value once.
     fn check(&self) -> Result<(), Vec<Mistake>> {
         let check = |index| self.job(&axis::steps(&self.groups, index)).err();
-        let Some(first) = (0..self.points).into_par_iter().find_map_first(check) else {
-            return Ok(());
+        let first = match self.is_listed() {
+            true => (0..self.points).into_par_iter().find_map_first(check),
+            false => None,
         };
+        if self.is_listed() && first.is_none() {
+            return Ok(());
+        }
         let mut mistakes = Vec::new();
         for (varied, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1)
         {
@@ -112,11 +142,20 @@ impl Study {
                 }
             }
         }
-        Err(if mistakes.is_empty() { first } else { mistakes })
+        match first {
+            _ if !mistakes.is_empty() => Err(mistakes),
+            Some(first) => Err(first),
+            None => Ok(()),
+        }
     }
 }
 
-fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<Mistake>> {
+fn parse(
+    text: &str,
+    path: &str,
+    files: &mut ReadFile<'_>,
+    shards: bool,
+) -> Result<Study, Vec<Mistake>> {
     // Only the first error is asked for: what follows is mostly its echo, and may be very much.
     let root = DeTable::parse(text).map_err(|error| {
         let expected =
@@ -136,7 +175,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let (mut base, places) = read_base(text, &root, &mut mistakes);
     let groups = root
         .get("sweep")
-        .map(|node| sweep::read_sweep(text, node, &mut mistakes))
+        .map(|node| sweep::read_sweep(text, node, shards, &mut mistakes))
         .unwrap_or_default();
     let accuracy = root
         .get("accuracy")
@@ -168,6 +207,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         figures: Vec::new(),
         suggestions: Vec::new(),
         points: axis::count(&groups).unwrap_or(0),
+        part: None,
         groups,
         base,
         places,

@@ -29,6 +29,8 @@
 //! Numbers are in SI units or texts with a unit. Everything that could be wrong is refused with its
 //! place before anything runs.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use contact::model::{Mesh, SceneError};
@@ -37,19 +39,22 @@ use contact::punch::Surfaces;
 use crate::adaptive::Adaptive;
 use crate::assemble::locate;
 use crate::axis;
-use crate::axis::{Group, SweepAxis};
+use crate::axis::{Group, MAX_POINTS, SweepAxis};
 use crate::columns::Column;
 use crate::error::{Mistake, StudyError};
 use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::Key;
 use crate::kind::convergence::Ladder;
-use crate::kind::cost::Cost;
+use crate::kind::cost::{Cost, is_rung};
 use crate::kind::{Kind, KindTable};
 use crate::point::StudyPoint;
 use crate::sheet::{Given, Setting, Sheet, TablePlaces};
 use crate::study_files::StudyFiles;
 use crate::value::Value;
+
+/// The largest number of points that are listed at a time.
+pub const MOST_POINTS: usize = MAX_POINTS;
 
 /// A study of which every point makes sense.
 #[derive(Clone, Debug)]
@@ -65,6 +70,9 @@ pub struct Study {
     pub(crate) base: Vec<(Key, Given)>,
     pub(crate) places: TablePlaces,
     pub(crate) points: usize,
+    /// The indices of the points that this part of the study has, in ascending order; `None` for
+    /// the whole.
+    pub(crate) part: Option<Arc<[usize]>>,
     pub(crate) files: StudyFiles,
     pub(crate) path: String,
     pub(crate) text: String,
@@ -143,7 +151,8 @@ impl Study {
         &self.path
     }
 
-    /// Returns the number of points. There is at least one, for a study without axes is its base.
+    /// Returns the number of points of the whole study, of which this may be a part. There is at
+    /// least one, for a study without axes is its base.
     #[expect(clippy::len_without_is_empty, reason = "a study is never empty")]
     pub fn len(&self) -> usize {
         self.points
@@ -234,9 +243,72 @@ impl Study {
         )
     }
 
-    /// Returns every point of the axes, in order. Points whose jobs coincide are all there.
+    /// Returns true if the study is not too large for its points to be listed.
+    pub fn is_listed(&self) -> bool {
+        self.points <= MAX_POINTS
+    }
+
+    /// Returns the indices of the points of this part of the study, or of all.
+    pub fn indices(&self) -> impl Iterator<Item = usize> + '_ {
+        let all = if self.part.is_none() { 0..self.points } else { 0..0 };
+        all.chain(self.part.iter().flat_map(|part| part.iter().copied()))
+    }
+
+    /// Returns the index of the point at a position among those of this part.
+    pub fn index(&self, position: usize) -> Option<usize> {
+        match &self.part {
+            Some(part) => part.get(position).copied(),
+            None => (position < self.points).then_some(position),
+        }
+    }
+
+    /// Returns the part of the study that has only the points with some indices.
+    ///
+    /// # Errors
+    /// Too many points for one run, or one that makes no sense, at its place in the file.
+    pub fn restricted(&self, mut indices: Vec<usize>) -> Result<Study, StudyError> {
+        indices.sort_unstable();
+        indices.dedup();
+        let refused = |mistakes| StudyError::new(&self.path, &self.text, mistakes);
+        if indices.len() > MAX_POINTS {
+            let span = self.axes().next().map_or(0..0, |axis| axis.span.clone());
+            let count = indices.len();
+            let message = format!("the shard has {count} points, more than {MAX_POINTS}");
+            let mistake = Mistake::new(span, message, "needs more shards, or fewer values");
+            return Err(refused(vec![mistake]));
+        }
+        let check = |index: &usize| self.job(&axis::steps(&self.groups, *index)).err();
+        // All the points of a study that can be listed were checked when it was read.
+        if !self.is_listed()
+            && let Some(mistakes) = indices.par_iter().find_map_first(check)
+        {
+            return Err(refused(mistakes));
+        }
+        Ok(Study { part: Some(indices.into()), ..self.clone() })
+    }
+
+    /// Returns whether the points that differ only in the steps of a group of axes belong together:
+    /// the results at some say which others there are, or they are compared with each other.
+    pub fn is_sequence(&self, group: usize) -> bool {
+        let has_axis = |wanted: usize| {
+            let before: usize = self.groups[..group].iter().map(|group| group.axes.len()).sum();
+            (before..before + self.groups[group].axes.len()).contains(&wanted)
+        };
+        let is_ladder = || self.ladder().is_some_and(|ladder| ladder.group == group);
+        match &self.adaptive {
+            Some(Adaptive::Bisect { axis, .. }) => has_axis(*axis),
+            Some(Adaptive::Accuracy(_)) => is_rung(&self.groups[group]),
+            Some(Adaptive::Refine { .. }) => false,
+            None if self.kind == Kind::Cost => is_rung(&self.groups[group]),
+            None => is_ladder(),
+        }
+    }
+
+    /// Returns every point of the axes, or of this part of them, in order. Points whose jobs
+    /// coincide are all there.
     pub fn points(&self) -> Vec<StudyPoint> {
-        (0..self.points).into_par_iter().filter_map(|index| self.point(index)).collect()
+        let indices: Vec<usize> = self.indices().collect();
+        indices.into_par_iter().filter_map(|index| self.point(index)).collect()
     }
 
     pub(crate) fn sheet(&self, steps: &[usize]) -> Sheet<'_> {

@@ -33,8 +33,8 @@ use crate::file_fault::{FileFaults, FilePlace};
 use crate::file_text::{decode_text, known_format};
 use crate::units::{Compact, LengthUnit};
 
-/// The number of columns up to which a text may be a list of points: to read one as points before it
-/// is read as heights takes the time twice.
+/// The number of columns up to which a text may be a list of points: to read one as points before
+/// it is read as heights takes the time twice.
 const MOST_LIST_COLUMNS: usize = 8;
 
 /// The largest number of heights of a stored map, a bound for damaged bytes.

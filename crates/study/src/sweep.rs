@@ -3,7 +3,7 @@
 
 use toml::de::DeValue;
 
-use crate::axis::{Choice, Group, MAX_POINTS, SweepAxis, Target, count};
+use crate::axis::{Choice, Group, MAX_POINTS, MAX_SHARDED_POINTS, SweepAxis, Target, count};
 use crate::error::{Mistake, Span, are_enough};
 use crate::key::{Key, Table};
 use crate::read::{self, Name, Node, Reader, entries};
@@ -19,7 +19,14 @@ use fit::{refuse_excess, refuse_overlaps, refuse_repeated_rows, refuse_repeats};
 use range::{AxisValues, is_range, read_range};
 
 /// Reads `[sweep]`.
-pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> Vec<Group> {
+///
+/// The axes of a study that is run in `shards` may make more points than one run takes.
+pub(crate) fn read_sweep(
+    text: &str,
+    node: &Node<'_>,
+    shards: bool,
+    mistakes: &mut Vec<Mistake>,
+) -> Vec<Group> {
     let DeValue::Table(table) = node.get_ref() else {
         mistakes.push(read::mistyped("sweep", node, "a table of axes"));
         return Vec::new();
@@ -45,16 +52,23 @@ pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake
     // Keys that are written with dots arrive gathered by their tables, but their places count.
     groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
     refuse_overlaps(&groups, mistakes);
-    if mistakes.len() == before && count(&groups).is_none() {
+    let most = if shards { MAX_SHARDED_POINTS } else { MAX_POINTS };
+    let points = count(&groups);
+    if mistakes.len() == before && points.is_none_or(|points| points > most) {
         let factors =
             groups.iter().map(|group| group.length.to_string()).collect::<Vec<_>>().join(" × ");
-        let message = format!("the axes make {factors} points, more than {MAX_POINTS}");
+        let message = format!("the axes make {factors} points, more than {most}");
+        let help = points.map(|points| {
+            let shards = points.div_ceil(MAX_POINTS);
+            format!("or run the study in {shards} shards or more: `run … --shard 1/{shards}`")
+        });
         let span = groups
             .iter()
             .max_by_key(|group| group.length)
             .and_then(|group| group.axes.first())
             .map_or(0..0, |axis| axis.span.clone());
-        mistakes.push(Mistake::new(span, message, "needs fewer values, here or on another axis"));
+        let mistake = Mistake::new(span, message, "needs fewer values, here or on another axis");
+        mistakes.push(mistake.help(help.unwrap_or_default()));
     }
     groups
 }

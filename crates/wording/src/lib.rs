@@ -17,5 +17,5 @@
 mod shell;
 mod shown;
 
-pub use shell::{command, file_argument};
+pub use shell::{command, file_argument, shell_word};
 pub use shown::{escaped_json, excerpt, one_line, visible};

@@ -16,7 +16,7 @@ pub fn command<Word: AsRef<OsStr>>(arguments: impl IntoIterator<Item = Word>) ->
 
 /// Returns the text as one word of a shell's command: as it is, if nothing in it is special, else
 /// in quotes. What cannot be shown is written as bash, zsh and POSIX.1-2024 have it, `$'\033'`.
-pub(crate) fn shell_word(text: impl AsRef<OsStr>) -> String {
+pub fn shell_word(text: impl AsRef<OsStr>) -> String {
     let text = text.as_ref();
     if let Some(plain) = text.to_str().filter(|plain| !plain.contains(is_hidden))
         && let Ok(quoted) = shlex::try_quote(plain)

@@ -44,7 +44,7 @@ pub(super) fn choose(
         }
     }
     let mut choice = PointChoice::default();
-    for index in 0..study.len() {
+    for index in study.indices() {
         let chosen = MeshSearch::new(study, accuracy, &columns, index)
             .and_then(|search| search.choose(&known))
             .ok_or(AnswerError::Inconsistent("a point of the study cannot be made"))?;

@@ -58,7 +58,7 @@ impl<'a> Bisection<'a> {
     pub(super) fn choose(&self) -> Result<PointChoice, AnswerError> {
         let mut choice = PointChoice::default();
         let is_first = |index: &usize| (index / self.stride).is_multiple_of(self.length);
-        for index in (0..self.study.len()).filter(is_first) {
+        for index in self.study.indices().filter(is_first) {
             choice.extend(self.choose_line(index)?);
         }
         Ok(choice)

@@ -1,6 +1,7 @@
 //! This file says what becomes of a job when an attempt at it ends.
 
-use super::state::{Coordinator, JobState, Saving};
+use super::state::{Coordinator, JobState, Postponement, Saving};
+use crate::error::Want;
 use crate::event::EventKind;
 use crate::lease::WorkerId;
 use crate::ledger::{Done, Verdict};
@@ -39,15 +40,28 @@ impl Coordinator {
             self.jobs[job].memory = limit;
             self.give_back(job, format!("{reason}; it will run while no other job does"));
         } else {
-            self.postpone(job, reason);
+            self.postpone(job, reason, Want::Memory);
+        }
+    }
+
+    /// Notes that a job lost its worker by no fault of the job. It is left for another run when
+    /// that has happened as often as it may be tried, so that others go on.
+    pub(super) fn bereaved(&mut self, job: usize, reason: String) {
+        self.jobs[job].returns += 1;
+        let returns = self.jobs[job].returns;
+        if returns < self.options.attempts {
+            self.give_back(job, reason);
+        } else {
+            let times = if returns == 1 { String::new() } else { format!(" ({returns} times)") };
+            self.postpone(job, format!("{reason}{times}"), Want::Luck);
         }
     }
 
     /// Leaves a job, which is held by nobody, for another run.
-    pub(super) fn postpone(&mut self, job: usize, reason: String) {
+    pub(super) fn postpone(&mut self, job: usize, reason: String, want: Want) {
         self.jobs[job].state = JobState::Postponed;
         self.counts.postponed += 1;
-        self.postponed_for = Some(reason.clone());
+        self.postponed_for = Some(Postponement { reason: reason.clone(), want });
         self.emit(EventKind::Postponed { key: self.jobs[job].key, reason });
     }
 

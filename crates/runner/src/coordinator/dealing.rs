@@ -74,7 +74,8 @@ impl Coordinator {
             let fits = |job: usize| {
                 others.saturating_add(memory.max(jobs[job].memory)) <= self.options.memory_limit
             };
-            let Some((job, of)) = self.queue.take(group, fits) else { break };
+            let longest = self.longest_that_fits(ahead);
+            let Some((job, of)) = self.queue.take(group, longest, fits) else { break };
             let behind = held + chosen.len() > 0;
             if behind
                 && (ahead + seconds(&self.jobs[job]) > AHEAD
@@ -90,6 +91,14 @@ impl Coordinator {
             group = Some(of);
             chosen.push(job);
         }
+        if let Some(job) = self.queue.shortest().filter(|_| self.owes_job && chosen.is_empty()) {
+            // Nothing is leased yet, so it fits into the memory.
+            self.queue.take_this(job);
+            self.queue.hold(group, Some(self.queue.group(job)));
+            group = Some(self.queue.group(job));
+            chosen.push(job);
+        }
+        self.owes_job &= chosen.is_empty();
         if let Some(worker) = self.workers.get_mut(&id) {
             worker.group = group;
         }

@@ -33,6 +33,11 @@ impl Coordinator {
             {
                 return Err(format!("job {number} is tried again after {} failures", job.failures));
             }
+            if matches!(job.state, JobState::Waiting | JobState::Leased(_))
+                && job.returns >= self.options.attempts
+            {
+                return Err(format!("job {number} is tried again after {} losses", job.returns));
+            }
             match job.state {
                 JobState::Waiting => tally.waiting += 1,
                 JobState::Saving => tally.saving += 1,

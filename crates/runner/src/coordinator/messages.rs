@@ -1,5 +1,7 @@
 //! The coordinator hears inputs, and its driver must carry out actions.
 
+use std::time::Duration;
+
 use crate::event::Event;
 use crate::lease::{LeaseId, WorkerId};
 use crate::ledger::Done;
@@ -27,6 +29,10 @@ pub(crate) enum Input {
     Committed,
     /// Somebody asked once more to stop.
     Interrupt,
+    /// Somebody asked once more for an end in time.
+    End,
+    /// The process stood still for so long, which `now` leaves out and the end of time does not.
+    StoodStill(Duration),
     /// Everything up to now was heard, and the coordinator should look at the clock.
     Clock,
     /// There is nothing more to hear at the moment, and the coordinator should hand out jobs,

@@ -3,9 +3,12 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
+use serde::Serialize;
+
 use identity::JobKey;
 
 use super::messages::Action;
+use crate::error::Want;
 use crate::event::{Counts, Event, EventKind};
 use crate::lease::{LeaseId, Leases, WorkerId};
 use crate::ledger::Done;
@@ -21,6 +24,8 @@ pub(super) struct TrackedJob {
     pub(super) memory: u64,
     pub(super) bytes: usize,
     pub(super) failures: u32,
+    /// The number of workers that it lost by no fault of its own.
+    pub(super) returns: u32,
     pub(super) state: JobState,
 }
 
@@ -100,18 +105,45 @@ pub(crate) struct Coordinator {
     /// The decaying sum of the times that were predicted for them \[s\].
     pub(super) predicted: f64,
     pub(super) interrupts: u32,
+    /// The number of requests for an end in time.
+    pub(super) ends: u32,
+    /// The time after which no further job is begun, if there is one.
+    pub(super) until: Option<Duration>,
+    /// The time at which the run began to end in time.
+    pub(super) ending: Option<Duration>,
+    /// It is true as long as one job must be begun even if there is no time for it.
+    pub(super) owes_job: bool,
     /// The number of workers in a row that were lost by no fault of a job, since the last result.
     pub(super) misfortunes: usize,
     pub(super) given_up: bool,
-    /// It is true if nothing in flight is waited for, because it could not be handed over.
+    /// It is true if nothing in flight is waited for: it could not be handed over, or there is no
+    /// time.
     pub(super) halted: bool,
     /// The reason why the last postponed job was postponed.
-    pub(super) postponed_for: Option<String>,
+    pub(super) postponed_for: Option<Postponement>,
     pub(super) counts: Counts,
     /// The sums over everything that finished, including on workers lost since.
     pub(crate) tally: Tally,
     pub(super) actions: Vec<Action>,
     pub(super) now: Duration,
+}
+
+/// The reason why a job is left for another run.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Postponement {
+    /// The reason in words.
+    pub(crate) reason: String,
+    pub(crate) want: Want,
+}
+
+/// The cause for which a run ends before all its jobs do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EarlyEnd {
+    /// Somebody interrupted it.
+    Interrupted,
+    /// Its time was up, or somebody asked for an end in time.
+    InTime,
 }
 
 /// The sums of a run beside its counts.
@@ -131,6 +163,7 @@ impl Coordinator {
             memory: task.memory,
             bytes: task.payload.len(),
             failures: 0,
+            returns: 0,
             state: JobState::Waiting,
         };
         Coordinator {
@@ -148,6 +181,10 @@ impl Coordinator {
             took: 0.0,
             predicted: 0.0,
             interrupts: 0,
+            ends: 0,
+            until: options.until,
+            ending: None,
+            owes_job: options.until.is_some() && options.begins_one,
             misfortunes: 0,
             given_up: false,
             halted: false,
@@ -171,17 +208,32 @@ impl Coordinator {
     }
 
     pub(super) fn stopping(&self) -> bool {
-        self.interrupts > 0 || self.given_up
+        self.interrupts > 0 || self.given_up || self.ending.is_some()
+    }
+
+    /// Returns how often somebody asked the run to stop.
+    pub(super) fn requests(&self) -> u32 {
+        self.interrupts.saturating_add(self.ends)
     }
 
     /// Returns true if the jobs in flight are not waited for.
     pub(super) fn stopping_now(&self) -> bool {
-        self.interrupts >= 2 || self.halted
+        self.requests() >= 2 || self.halted
+    }
+
+    /// Returns why the run ends before its jobs do, if it does.
+    pub(crate) fn early_end(&self) -> Option<EarlyEnd> {
+        if self.interrupts > 0 {
+            Some(EarlyEnd::Interrupted)
+        } else {
+            let is_left = self.counts.waiting + self.counts.running > 0;
+            self.ending.filter(|_| is_left).map(|_| EarlyEnd::InTime)
+        }
     }
 
     /// Returns the reason why jobs are left for another run, if there are any.
-    pub(crate) fn postponed_for(&self) -> Option<&str> {
-        self.postponed_for.as_deref()
+    pub(crate) fn postponed_for(&self) -> Option<&Postponement> {
+        self.postponed_for.as_ref()
     }
 
     pub(super) fn emit(&mut self, kind: EventKind) {

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::messages::{Action, Hopeless, Input};
 use super::state::{Coordinator, Phase, Worker};
+use crate::error::Want;
 use crate::event::EventKind;
 use crate::lease::{Lease, LeaseId, WorkerId};
 use crate::limits::size;
@@ -15,8 +16,8 @@ use crate::protocol::{AttemptOutcome, Report};
 /// The number of workers in a row that die before asking for a job after which starting more is
 /// hopeless.
 const MOST_FAILED_STARTS: u32 = 10;
-/// The number of workers, beyond twice those of the run, that may be lost in a row by no fault of a
-/// job.
+/// The number of workers, beyond twice those of the run, that may be lost in a row by circumstances
+/// that no job has to do with.
 const MOST_MISFORTUNES: usize = 10;
 /// The time that a worker may take to leave once it was told to.
 const LEAVING: Duration = Duration::from_secs(10);
@@ -32,7 +33,9 @@ struct Deadline {
 impl Coordinator {
     /// Returns the time at which [`Input::Clock`] would change something if nothing else happens.
     pub(crate) fn alarm(&self) -> Option<Duration> {
-        self.workers.values().filter_map(|worker| Some(self.deadline(worker)?.time)).min()
+        let deadlines =
+            self.workers.values().filter_map(|worker| Some(self.deadline(worker)?.time));
+        deadlines.chain(self.time_limit()).min()
     }
 
     /// Hears `input` at the time `now` since the start of the run and returns the actions to carry
@@ -64,6 +67,8 @@ impl Coordinator {
             Input::Exited { worker, loss, running } => self.exited(worker, loss, running),
             Input::Committed => self.committed(),
             Input::Interrupt => self.interrupt(),
+            Input::End => self.end(),
+            Input::StoodStill(lost) => self.stood_still(lost),
             Input::Clock => self.look_at_the_clock(),
             Input::Settled => self.settle(),
         }
@@ -80,6 +85,7 @@ impl Coordinator {
                 self.postpone(
                     job,
                     format!("needs {needed} of memory by prediction, and the run may use {limit}"),
+                    Want::Memory,
                 );
             }
         }
@@ -168,7 +174,7 @@ impl Coordinator {
             match cause {
                 Cause::Job if is_culprit => self.failed(job, None, 0.0, reason),
                 Cause::Memory if is_culprit => self.starved(job, reason),
-                Cause::Circumstances if is_culprit => self.give_back(job, reason),
+                Cause::Circumstances if is_culprit => self.bereaved(job, reason),
                 _ => self.put_back(job),
             }
         }
@@ -180,7 +186,8 @@ impl Coordinator {
         self.vacancies.push_back(id);
         if !worker.has_asked {
             self.not_started(how);
-        } else if cause != Cause::Job {
+        } else if cause == Cause::Circumstances || cause == Cause::Memory && culprit.is_none() {
+            // Want of memory has an end of its own for each job that feels it.
             self.misfortunes += 1;
             if self.misfortunes
                 >= self.options.workers.saturating_mul(2).saturating_add(MOST_MISFORTUNES)
@@ -197,15 +204,15 @@ impl Coordinator {
 
     fn interrupt(&mut self) {
         self.interrupts += 1;
-        if self.interrupts <= 2 {
-            self.emit(EventKind::Interrupted { now: self.interrupts == 2 });
+        if self.requests() <= 2 {
+            self.emit(EventKind::Interrupted { now: self.requests() == 2 });
         }
-        if self.interrupts >= 2 {
+        if self.requests() >= 2 {
             self.kill_all("the run was interrupted");
         }
     }
 
-    fn kill_all(&mut self, reason: &str) {
+    pub(super) fn kill_all(&mut self, reason: &str) {
         for id in self.workers.keys().copied().collect::<Vec<_>>() {
             self.kill(id, Loss { how: reason.into(), cause: Cause::Circumstances });
         }
@@ -221,6 +228,7 @@ impl Coordinator {
     }
 
     fn look_at_the_clock(&mut self) {
+        self.keep_time();
         let late = |(&id, worker): (&WorkerId, &Worker)| {
             let Deadline { time, reason } = self.deadline(worker)?;
             (time <= self.now).then_some((id, reason))
@@ -275,6 +283,7 @@ impl Coordinator {
             self.committing = saving;
             self.actions.push(Action::Commit(done));
         }
+        self.keep_time();
         if self.stopping_now() {
             return;
         }

@@ -185,35 +185,39 @@ pub(super) fn pack(
 /// The shared memory of a port.
 #[derive(Debug)]
 pub(super) struct PortMemory {
-    /// The largest size that a message through it may have \[bytes\].
+    /// The largest size of a message for which its segments have room \[bytes\].
     largest: usize,
-    /// The size up to which the system keeps room \[bytes\].
-    reserved: usize,
+}
+
+/// A message that can be written into the shared memory of a port.
+#[derive(Debug)]
+pub(super) struct EncodedMessage {
+    pub(super) bytes: Vec<u8>,
+    /// It is true if the message needs a new segment, for which the system must keep room.
+    pub(super) grows: bool,
 }
 
 impl PortMemory {
     pub(super) fn new(largest: usize) -> PortMemory {
-        PortMemory { largest, reserved: largest }
+        PortMemory { largest }
     }
 
-    /// Returns true for the first message that needs more room than was reserved.
-    pub(super) fn has_grown(&mut self, length: usize) -> bool {
-        let has_grown = length > self.reserved;
-        self.reserved = self.reserved.max(length.next_power_of_two());
-        has_grown
-    }
-
-    /// Returns true if a message of `length` bytes can be written without running out of shared
-    /// memory. Segments grow by powers of two, old ones stay, and each holds a handful of messages.
-    fn admits(&mut self, length: usize, free: impl FnOnce() -> Option<u64>) -> bool {
-        let needed = 8 * (length as u64).next_power_of_two() + RESERVE;
-        if length > self.largest {
-            if free().is_some_and(|free| free < needed) {
-                return false;
+    /// Admits a message if it can be written without running out of shared memory. Segments grow by
+    /// powers of two, old ones stay, and each holds a handful of messages.
+    fn admit(
+        &mut self,
+        bytes: Vec<u8>,
+        free: impl FnOnce() -> Option<u64>,
+    ) -> Option<EncodedMessage> {
+        let grows = bytes.len() > self.largest;
+        if grows {
+            let size = bytes.len().next_power_of_two();
+            if free().is_some_and(|free| free < 8 * size as u64 + RESERVE) {
+                return None;
             }
-            self.largest = length.next_power_of_two();
+            self.largest = size;
         }
-        true
+        Some(EncodedMessage { bytes, grows })
     }
 
     /// Encodes a message. Small bodies are inside it; if shared memory is short, none is.
@@ -221,15 +225,13 @@ impl PortMemory {
         &mut self,
         free: impl Fn() -> Option<u64>,
         build: impl Fn(usize) -> Result<M, TransportError>,
-    ) -> Result<Vec<u8>, TransportError> {
+    ) -> Result<EncodedMessage, TransportError> {
         let doing = "cannot encode a message";
-        let message = encode(&build(LARGEST_INLINE)?).map_err(TransportError::when(doing))?;
-        if self.admits(message.len(), &free) {
-            return Ok(message);
-        }
-        let message = encode(&build(0)?).map_err(TransportError::when(doing))?;
-        if self.admits(message.len(), &free) {
-            return Ok(message);
+        for largest in [LARGEST_INLINE, 0] {
+            let bytes = encode(&build(largest)?).map_err(TransportError::when(doing))?;
+            if let Some(message) = self.admit(bytes, &free) {
+                return Ok(message);
+            }
         }
         Err(TransportError {
             doing: "cannot send a message",
@@ -250,14 +252,15 @@ mod tests {
         let bytes = vec![7; 100_000];
         let build = |largest| Ok(pack(&bytes, largest, || path.clone()).unwrap());
         let sent = |memory: &mut PortMemory, free| {
-            decode::<Body>(&memory.encode(|| Some(free), build).unwrap()).unwrap()
+            let EncodedMessage { bytes, grows } = memory.encode(|| Some(free), build).unwrap();
+            (decode::<Body>(&bytes).unwrap(), grows)
         };
         let mut memory = PortMemory::new(INITIAL);
-        assert!(matches!(sent(&mut memory, RESERVE), Body::File { length: 100_000, .. }));
-        assert_eq!(sent(&mut memory, 1 << 30), Body::Inline(bytes.clone()));
+        assert!(matches!(sent(&mut memory, RESERVE), (Body::File { length: 100_000, .. }, false)));
+        assert_eq!(sent(&mut memory, 1 << 30), (Body::Inline(bytes.clone()), true));
         assert_eq!(
             sent(&mut memory, 0),
-            Body::Inline(bytes.clone()),
+            (Body::Inline(bytes.clone()), false),
             "the memory that it grew to is there"
         );
         let none = PortMemory::new(4).encode(|| Some(0), build).unwrap_err().to_string();

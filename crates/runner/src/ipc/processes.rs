@@ -15,7 +15,8 @@ use rustix::io::Errno;
 
 use super::arguments::WorkerArguments;
 use super::channel::{
-    ChannelNames, DOWN, HEARTBEAT, INITIAL, JOBS, PortMemory, Shm, UP, backpressure, pack, service,
+    ChannelNames, DOWN, EncodedMessage, HEARTBEAT, INITIAL, JOBS, PortMemory, Shm, UP,
+    backpressure, pack, service,
 };
 use crate::coordinator::Input;
 use crate::error::{RunError, TransportError};
@@ -120,6 +121,19 @@ impl Services {
     }
 }
 
+/// The number of descriptors of a channel that are waited for.
+const DESCRIPTORS: usize = 3;
+
+/// The descriptors of a channel that are ready.
+struct ChannelReady {
+    /// The worker sent an event.
+    talked: bool,
+    /// The process is gone.
+    ended: bool,
+    /// The process said something on standard error.
+    spoke: bool,
+}
+
 /// All workers of a run.
 #[derive(Debug)]
 pub(crate) struct Processes {
@@ -208,14 +222,13 @@ impl Transport for Processes {
                 Ok(Reply::Jobs(jobs.map_err(TransportError::when("cannot hand out a job"))?))
             }
         };
-        let message = channel.memory.encode(free_shared_memory, packed)?;
-        let loan = request.loan_slice_uninit(message.len()).map_err(|error| error.to_string());
-        let grown = channel.memory.has_grown(message.len());
+        let EncodedMessage { bytes, grows } = channel.memory.encode(free_shared_memory, packed)?;
+        let loan = request.loan_slice_uninit(bytes.len()).map_err(|error| error.to_string());
         let sent = loan.and_then(|loan| {
-            if grown {
+            if grows {
                 names.reserve().map_err(|error| error.to_string())?;
             }
-            loan.write_from_slice(&message).send().map_err(|error| error.to_string())
+            loan.write_from_slice(&bytes).send().map_err(|error| error.to_string())
         });
         let sent = sent.and_then(|()| channel.down.notify().map_err(|error| error.to_string()));
         if sent.is_err() {
@@ -226,17 +239,24 @@ impl Transport for Processes {
     }
 
     fn wait(&mut self, timeout: Option<Duration>) -> Result<Vec<Input>, TransportError> {
-        let ready = {
+        let ready: Vec<ChannelReady> = {
             let mut fds = vec![PollFd::from_borrowed_fd(self.interrupt.wake(), PollFlags::IN)];
             for channel in self.channels.values() {
                 fds.push(PollFd::from_borrowed_fd(descriptor(&channel.up), PollFlags::IN));
-                fds.push(PollFd::from_borrowed_fd(channel.process.end(), PollFlags::IN));
+                let end = channel.process.end();
+                fds.push(PollFd::from_borrowed_fd(end, PollFlags::IN));
+                let words = channel.process.words().unwrap_or(end);
+                fds.push(PollFd::from_borrowed_fd(words, PollFlags::IN));
             }
             let timeout = timeout.and_then(|timeout| Timespec::try_from(timeout).ok());
             match poll(&mut fds, timeout.as_ref()) {
                 Ok(_) => fds[1..]
-                    .chunks(2)
-                    .map(|pair| (!pair[0].revents().is_empty(), !pair[1].revents().is_empty()))
+                    .chunks(DESCRIPTORS)
+                    .map(|of_channel| {
+                        let [talked, ended, spoke] =
+                            std::array::from_fn(|place| !of_channel[place].revents().is_empty());
+                        ChannelReady { talked, ended, spoke }
+                    })
                     .collect(),
                 Err(Errno::INTR) => Vec::new(),
                 Err(error) => {
@@ -249,7 +269,11 @@ impl Transport for Processes {
         };
         let mut inputs = Vec::new();
         let mut gone = Vec::new();
-        for ((&worker, channel), (talked, ended)) in self.channels.iter_mut().zip(ready) {
+        for ((&worker, channel), ready) in self.channels.iter_mut().zip(ready) {
+            let ChannelReady { talked, ended, spoke } = ready;
+            if spoke {
+                channel.process.pass_words_on();
+            }
             if talked || ended {
                 channel.hear(worker, &mut inputs);
             }

@@ -13,13 +13,15 @@ use iceoryx2::prelude::*;
 
 use super::arguments::{WorkerArguments, WorkerError};
 use super::channel::{
-    ChannelNames, DOWN, INITIAL, JOBS, PortMemory, Shm, TALK, UP, backpressure, pack, service,
+    ChannelNames, DOWN, EncodedMessage, INITIAL, JOBS, PortMemory, Shm, TALK, UP, backpressure,
+    pack, service,
 };
 use super::pulse::Pulse;
 use crate::error::TransportError;
 use crate::lease::LeaseId;
 use crate::protocol::{Assignment, AttemptOutcome, Body, Reply, Report, Request, decode};
 use crate::root::free_shared_memory;
+use crate::signals::leave_ends_to_the_coordinator;
 use crate::spill;
 use crate::supervise::{
     die_with, is_parent, keep_name, limit_address_space, volunteer_for_want_of_memory,
@@ -50,6 +52,7 @@ pub fn work<E: Executor>(
     keep_name();
     volunteer_for_want_of_memory();
     limit_address_space(arguments.address_space).map_err(WorkerError::Setup)?;
+    leave_ends_to_the_coordinator().map_err(|error| WorkerError::Setup(error.to_string()))?;
     report_panics();
     let mut wire = Wire::open(arguments)?;
     Ok(serve(&mut wire, fresh)?)
@@ -152,15 +155,14 @@ impl Link for Wire {
             };
             Ok(Request { idle: request.idle, reports: request.reports.iter().map(pack).collect() })
         };
-        let message = self.memory.encode(free_shared_memory, packed)?;
+        let EncodedMessage { bytes, grows } = self.memory.encode(free_shared_memory, packed)?;
         let doing = "cannot send a request";
         let loan =
-            self.client.loan_slice_uninit(message.len()).map_err(TransportError::when(doing))?;
-        if self.memory.has_grown(message.len()) {
+            self.client.loan_slice_uninit(bytes.len()).map_err(TransportError::when(doing))?;
+        if grows {
             names.reserve()?;
         }
-        let response =
-            loan.write_from_slice(&message).send().map_err(TransportError::when(doing))?;
+        let response = loan.write_from_slice(&bytes).send().map_err(TransportError::when(doing))?;
         // iceoryx2 does not report a delivery to nobody as an error.
         if response.number_of_server_connections() == 0 {
             return Err(TransportError { doing, why: "nobody receives it".into() });

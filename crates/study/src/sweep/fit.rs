@@ -161,6 +161,8 @@ pub(crate) fn refuse_too_many_entries(
     };
     let (points, entries) =
         (count(groups).unwrap_or(0), longest(Key::Layers) + longest(Key::Steps));
+    // No run has more points than that.
+    let points = points.min(MAX_POINTS);
     if points.saturating_mul(entries) > MAX_ENTRIES {
         let place =
             groups.iter().flat_map(|group| &group.axes).max_by_key(|axis| axis.choices.len());

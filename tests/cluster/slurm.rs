@@ -1,0 +1,166 @@
+//! A Slurm of two nodes that a test has for itself.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use crate::place::{PROGRAM, Place, skip};
+
+/// The script that starts and stops it.
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/slurm-testbed");
+
+/// The exit code of the script where Slurm is not installed.
+const NOT_INSTALLED: i32 = 77;
+
+/// The time that anything may take on the slowest machine before it counts as hanging.
+const PATIENCE: Duration = Duration::from_secs(180);
+
+/// A Slurm, which ends with the value.
+pub(crate) struct Slurm {
+    directory: PathBuf,
+}
+
+/// Waits until something holds, and fails in words if it never does.
+fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
+    let end = Instant::now() + PATIENCE;
+    while !holds() {
+        assert!(Instant::now() < end, "waited in vain until {what}");
+        sleep(Duration::from_millis(100));
+    }
+}
+
+impl Slurm {
+    /// Starts a Slurm whose arrays have at most eight elements; says so where none is installed.
+    pub(crate) fn start() -> Option<Self> {
+        let output = script(&["start", "--max-array", "8", "--cpus", "2"]);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        if output.status.code() == Some(NOT_INSTALLED) {
+            skip(error.trim());
+            return None;
+        }
+        assert!(output.status.success(), "{error}");
+        let said = String::from_utf8(output.stdout).unwrap();
+        let prefix = "export SLURM_TESTBED=";
+        let directory = said.lines().find_map(|line| line.strip_prefix(prefix)).unwrap();
+        Some(Self { directory: directory.into() })
+    }
+
+    /// Makes a command speak to this Slurm.
+    fn reach(&self, mut command: Command) -> Command {
+        for variable in ["SLURM_CONF_SERVER", "SLURM_CLUSTERS", "SLURM_JWT"] {
+            command.env_remove(variable);
+        }
+        command.env("SLURM_CONF", self.directory.join("slurm.conf")).stdin(Stdio::null());
+        command
+    }
+
+    /// Runs a program that must succeed, and returns its standard output.
+    pub(crate) fn succeed(&self, program: &str, arguments: &[&str]) -> String {
+        let output = self.reach(Command::new(program)).args(arguments).output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{program} {arguments:?}: {error}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Submits a study and returns what is reported of that.
+    pub(crate) fn submit(&self, place: &Place, line: &str) -> Value {
+        let (options, passed) = line.split_once(" -- ").unwrap_or((line, ""));
+        let mut submit = self.reach(place.program(PROGRAM));
+        submit.arg("submit").args(options.split_whitespace()).arg("--json");
+        if !passed.is_empty() {
+            submit.arg("--").args(passed.split_whitespace());
+        }
+        let output = submit.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    }
+
+    /// Waits until no job is queued or runs.
+    pub(crate) fn wait_for_all(&self) {
+        wait_until("all jobs have ended", || self.succeed("squeue", &["--noheader"]).is_empty());
+    }
+
+    /// Waits until an element of an array computes something.
+    pub(crate) fn wait_for_workers(&self, job: &str) {
+        wait_until(&format!("{job} has workers"), || self.has_workers(job));
+    }
+
+    /// Stops an element that computes something as Slurm does before its time is over, and waits
+    /// until it is queued again.
+    pub(crate) fn stop_in_time(&self, job: &str) {
+        let before = self.restarts(job);
+        self.wait_for_workers(job);
+        self.succeed("scancel", &["--batch", "--signal=USR1", job]);
+        wait_until(&format!("{job} is queued again"), || self.restarts(job) > before);
+    }
+
+    /// Tells whether workers run for an element of an array, which carry the numbers of both in
+    /// their environment.
+    fn has_workers(&self, job: &str) -> bool {
+        let (array, element) = job.split_once('_').expect("an element of an array");
+        let marks = [
+            format!("SLURM_CONF={}", self.directory.join("slurm.conf").display()),
+            format!("SLURM_ARRAY_JOB_ID={array}"),
+            format!("SLURM_ARRAY_TASK_ID={element}"),
+        ];
+        fs::read_dir("/proc").unwrap().flatten().any(|process| {
+            // Processes end while they are looked at.
+            let words = |file: &str| -> Vec<String> {
+                let bytes = fs::read(process.path().join(file)).unwrap_or_default();
+                String::from_utf8_lossy(&bytes).split('\0').map(str::to_owned).collect()
+            };
+            let command = words("cmdline");
+            let is_worker = command.get(1).is_some_and(|name| name == "worker") && {
+                let environment = words("environ");
+                marks.iter().all(|mark| environment.contains(mark))
+            };
+            // A shard has one processor here, whatever its node has.
+            assert!(!is_worker || command[2..4] == ["--threads", "1"], "{command:?}");
+            is_worker
+        })
+    }
+
+    pub(crate) fn node_of(&self, job: &str) -> String {
+        self.field(job, "NodeList")
+    }
+
+    /// Returns the number of times that a job was queued again.
+    pub(crate) fn restarts(&self, job: &str) -> u32 {
+        self.field(job, "Restarts").parse().unwrap()
+    }
+
+    /// Returns a field of what the controller knows of a job.
+    fn field(&self, job: &str, name: &str) -> String {
+        let said = self.succeed("scontrol", &["show", "job", "--oneliner", job]);
+        let fields = said.split_whitespace().filter_map(|word| word.split_once('='));
+        fields
+            .filter(|(known, _)| *known == name)
+            .map(|(_, value)| value.to_owned())
+            .next()
+            .unwrap_or_default()
+    }
+
+    /// Kills a node with all that runs on it, as a power cut does.
+    pub(crate) fn kill_node(&self, node: &str) {
+        let output = script(&["kill", node, self.directory.to_str().unwrap()]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+impl Drop for Slurm {
+    fn drop(&mut self) {
+        let output = script(&["stop", self.directory.to_str().unwrap()]);
+        let error = String::from_utf8_lossy(&output.stderr);
+        if !std::thread::panicking() {
+            assert!(output.status.success() && !Path::new(&self.directory).exists(), "{error}");
+        }
+    }
+}
+
+fn script(arguments: &[&str]) -> Output {
+    Command::new(SCRIPT).args(arguments).stdin(Stdio::null()).output().unwrap()
+}
