@@ -153,6 +153,28 @@ fn an_export_is_continued() {
 }
 
 #[test]
+fn a_writer_knows_the_very_bytes_of_its_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let blobs = blobs(directory.path());
+    let path = directory.path().join("three.tribosweep");
+    small(&path, &blobs);
+    let (first, last) = (ranked(RecordRank::Unfinished, 2, 1), ranked(RecordRank::Finished, 2, 1));
+    let mut writer = ExportWriter::open(&path, &shard(3, 16)).unwrap();
+    assert!(writer.holds(&key(2), &last) && !writer.holds(&key(2), &first));
+    assert!(writer.holds(&key(1), &ranked(RecordRank::Finished, 1, 200)));
+    assert!(!writer.holds(&key(3), &last));
+    let (there, absent) = (Digest::of(&field(200)), Digest::of(&field(201)));
+    assert!(writer.has_blob(&there) && !writer.has_blob(&absent));
+    writer.append(&key(2), &first, &blobs, [absent]).unwrap();
+    assert!(writer.holds(&key(2), &first) && !writer.holds(&key(2), &last));
+    assert!(writer.has_blob(&absent));
+    writer.flush().unwrap();
+    let writer = ExportWriter::open(&path, &shard(3, 16)).unwrap();
+    assert!(writer.holds(&key(2), &first) && writer.has_blob(&absent));
+    assert_eq!((writer.len(), writer.damage().len()), (2, 0));
+}
+
+#[test]
 fn an_export_that_was_cut_at_any_byte_is_read_up_to_its_last_whole_frame() {
     let directory = tempfile::tempdir().unwrap();
     let blobs = blobs(directory.path());
