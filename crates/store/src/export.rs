@@ -190,7 +190,8 @@ fn described(header: &ExportHeader) -> String {
 impl ExportWriter {
     /// Starts the file, or goes on with it: what is sound of an existing file is copied into a new
     /// one that takes its place. So a writer that still lives elsewhere writes to a file without a
-    /// name, and finds that out when it flushes. The directory is created if it is absent.
+    /// name, and finds that out when it flushes. The earlier note is not copied. The directory is
+    /// created if it is absent.
     ///
     /// # Errors
     /// [`ExportError::Name`] if the name does not end as it must, [`ExportError::OtherShard`] if
@@ -274,8 +275,9 @@ impl ExportWriter {
                         });
                     }
                 }
-                FrameKind::Note => self.note = Some(frame.table),
-                FrameKind::End => {}
+                // Whoever goes on says anew how far it is, so the shard counts as unfinished until
+                // then.
+                FrameKind::Note | FrameKind::End => {}
                 FrameKind::Study | FrameKind::Records | FrameKind::Blob | FrameKind::Part => {
                     if let Err(reason) = self.copy_frame(&earlier, &frame)? {
                         let start = frame.start;
@@ -284,7 +286,7 @@ impl ExportWriter {
                 }
             }
         }
-        self.write_note()
+        Ok(())
     }
 
     /// Copies a frame of an earlier export, or says what is wrong with it. Nothing of it stays
