@@ -75,6 +75,9 @@ pub struct MergeReport {
     pub faults: Vec<String>,
     /// The shards whose results are in the target, with their last notes.
     pub shards: Vec<ShardState>,
+    /// The shards of which nothing is remembered any more, because their study is in another number
+    /// of shards now. Their results stay.
+    pub forgotten: Vec<ShardName>,
 }
 
 /// The reason why nothing, or nothing more, is merged.
@@ -290,6 +293,34 @@ struct Merge<'m> {
     lost: Vec<usize>,
     /// The blobs that records of the target refer to and that are not there.
     lost_blobs: BTreeSet<Digest>,
+    shards: ShardUse,
+}
+
+/// The use of what the sources say of shards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ShardUse {
+    /// The target remembers the shards, and words can be said about what is missing.
+    Remember,
+    /// The results count, and whose they were does not matter.
+    Ignore,
+}
+
+/// A shard that is known, and from where.
+struct KnownShard {
+    path: PathBuf,
+    state: ShardState,
+    origin: ShardOrigin,
+}
+
+/// The origin of the knowledge of a shard. What comes later in this list counts more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum ShardOrigin {
+    /// The target remembers it.
+    Target,
+    /// A store that is merged remembers it.
+    Store,
+    /// An export that is merged names it.
+    Export,
 }
 
 impl<'m> Merge<'m> {
@@ -316,6 +347,7 @@ impl<'m> Merge<'m> {
             report: MergeReport::default(),
             lost,
             lost_blobs: BTreeSet::new(),
+            shards: ShardUse::Remember,
         }
     }
 
@@ -329,7 +361,9 @@ impl<'m> Merge<'m> {
             MergeTarget::Store(store) => Some(*store),
             MergeTarget::Export(_) => None,
         };
-        self.unite_shards(store)?;
+        if self.shards == ShardUse::Remember {
+            self.unite_shards(store)?;
+        }
         let studies = self.compare_studies(store)?;
         let shared = self.shared_jobs(target)?;
         self.copy(&shared, target)?;
@@ -360,32 +394,56 @@ impl<'m> Merge<'m> {
 
     /// Unites what the sources and the target know of shards.
     fn unite_shards(&mut self, target: Option<&Store>) -> Result<(), MergeError> {
-        let mut shards: Vec<(PathBuf, ShardState)> = Vec::new();
+        let mut shards: Vec<KnownShard> = Vec::new();
         if let Some(store) = target {
-            let directory = store.blobs().store();
-            let known = parts::read(directory).into_iter();
-            shards.extend(known.map(|shard| (directory.to_owned(), shard)));
+            let path = store.blobs().store().to_owned();
+            let origin = ShardOrigin::Target;
+            let known = parts::read(&path).into_iter();
+            shards.extend(known.map(|state| KnownShard { path: path.clone(), state, origin }));
         }
         for source in &self.sources {
             let names = self.selection.studies.as_ref().filter(|_| !source.is_target);
             let found = source.shards().into_iter();
             let chosen =
                 found.filter(|state| names.is_none_or(|names| names.contains(&state.shard.study)));
-            shards.extend(chosen.map(|shard| (source.path.clone(), shard)));
+            let origin = match &source.export {
+                _ if source.is_target => ShardOrigin::Target,
+                Some(_) => ShardOrigin::Export,
+                None => ShardOrigin::Store,
+            };
+            let known = |state| KnownShard { path: source.path.clone(), state, origin };
+            shards.extend(chosen.map(known));
         }
-        let mut first: BTreeMap<&str, &(PathBuf, ShardState)> = BTreeMap::new();
+        // A study may be divided anew: what stores remember of another division is forgotten.
+        let mut valid: BTreeMap<String, (ShardOrigin, u32)> = BTreeMap::new();
         for found in &shards {
-            let known = *first.entry(&found.1.shard.study).or_insert(found);
-            if known.1.shard.count != found.1.shard.count {
-                return Err(MergeError::ShardCounts {
-                    first: known.0.clone(),
-                    first_shard: known.1.shard.clone(),
-                    second: found.0.clone(),
-                    second_shard: found.1.shard.clone(),
-                });
-            }
+            let ShardName { study, count, .. } = &found.state.shard;
+            let weight = (found.origin, *count);
+            let known = valid.entry(study.clone()).or_insert(weight);
+            *known = weight.max(*known);
         }
-        let states = shards.into_iter().map(|(_, shard)| shard);
+        let is_valid = |found: &KnownShard| {
+            let ShardName { study, count, .. } = &found.state.shard;
+            valid.get(study).is_some_and(|(_, valid)| valid == count)
+        };
+        let of_exports = || shards.iter().filter(|found| found.origin == ShardOrigin::Export);
+        if let Some(odd) = of_exports().find(|found| !is_valid(found)) {
+            let of_study =
+                || of_exports().filter(|found| found.state.shard.study == odd.state.shard.study);
+            let first = of_study().next().unwrap_or(odd);
+            let differs = |found: &&KnownShard| found.state.shard.count != first.state.shard.count;
+            let second = of_study().find(differs).unwrap_or(odd);
+            return Err(MergeError::ShardCounts {
+                first: first.path.clone(),
+                first_shard: first.state.shard.clone(),
+                second: second.path.clone(),
+                second_shard: second.state.shard.clone(),
+            });
+        }
+        let (kept, others): (Vec<_>, Vec<_>) = shards.into_iter().partition(is_valid);
+        let forgotten: BTreeSet<_> = others.into_iter().map(|found| found.state.shard).collect();
+        self.report.forgotten = forgotten.into_iter().collect();
+        let states = kept.into_iter().map(|found| found.state);
         self.report.shards = parts::united(states, self.rules.progress);
         Ok(())
     }
@@ -526,7 +584,7 @@ impl<'m> Merge<'m> {
 
     /// Writes the records that the target must get, with the blobs that they refer to.
     fn copy(&mut self, shared: &[SharedJob], target: &mut MergeTarget) -> Result<(), MergeError> {
-        let Merge { sources, rules, selection, report, lost, lost_blobs } = self;
+        let Merge { sources, rules, selection, report, lost, lost_blobs, .. } = self;
         // An export gathers its frames itself.
         let is_store = matches!(target, MergeTarget::Store(_));
         for digest in &*lost_blobs {
@@ -649,6 +707,22 @@ impl Store {
     ) -> Result<MergeReport, MergeError> {
         let selection = MergeSelection::default();
         let merge = Merge::new(sources, rules, &selection, self.blobs().store(), None);
+        merge.run(&mut MergeTarget::Store(self))
+    }
+
+    /// Adds what stores and exports hold like [`import`](Store::import), without regard to whose
+    /// shards they are: no number of shards is refused, and the store does not remember them.
+    ///
+    /// # Errors
+    /// Those of [`import`](Store::import), but for [`MergeError::ShardCounts`].
+    pub fn import_results(
+        &self,
+        sources: &[&StoreReader],
+        rules: &MergeRules,
+    ) -> Result<MergeReport, MergeError> {
+        let selection = MergeSelection::default();
+        let merge = Merge::new(sources, rules, &selection, self.blobs().store(), None);
+        let merge = Merge { shards: ShardUse::Ignore, ..merge };
         merge.run(&mut MergeTarget::Store(self))
     }
 }

@@ -175,7 +175,6 @@ fn a_shard_is_finished_if_its_file_is_whole() {
     writer.close().unwrap();
     assert_eq!(note(), "all done!");
     let bytes = fs::read(&path).unwrap();
-    let (records, end) = (200..300, bytes.len() - 60);
     for offset in [200, bytes.len() - 60] {
         let mut flipped = bytes.clone();
         flipped[offset] ^= 1;

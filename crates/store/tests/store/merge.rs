@@ -209,9 +209,6 @@ fn what_does_not_belong_together_is_refused_before_anything_is_written() {
         "{words}"
     );
     assert!(whole(&target).records.is_empty() && whole(&target).studies.is_empty());
-    // The store remembers of how many shards a study was.
-    merge(&[path("a.tribosweep")], &target).unwrap();
-    assert!(merge(&[path("b.tribosweep")], &target).is_err());
 
     let other = Store::open(&path("other")).unwrap();
     other.put_study("sweep", b"x|mu = 2").unwrap();
@@ -230,6 +227,65 @@ fn what_does_not_belong_together_is_refused_before_anything_is_written() {
     fs::write(path("letter.tribosweep"), "dear reader, this is no export").unwrap();
     assert!(merge(&[path("other")], &path("letter.tribosweep")).is_err());
     assert!(fs::read(path("letter.tribosweep")).unwrap().starts_with(b"dear"));
+}
+
+#[test]
+fn a_study_may_be_divided_anew() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    for (name, index, count) in [("a", 1, 2), ("b", 3, 16), ("c", 2, 2)] {
+        let job = u64::from(index + count);
+        let content = Content::from([(job, ranked(RecordRank::Finished, job, 1))]);
+        write(&path(&format!("{name}.tribosweep")), shard(index, count), "a", &content);
+    }
+    let [a, b, c] = ["a.tribosweep", "b.tribosweep", "c.tribosweep"].map(path);
+    for target in [path("store"), path("merged.tribosweep")] {
+        merge(std::slice::from_ref(&a), &target).unwrap();
+        // The target remembers of how many shards the study was, and new ones count.
+        let report = merge(std::slice::from_ref(&b), &target).unwrap();
+        assert_eq!((report.added, report.shards.len()), (1, 1));
+        assert_eq!(report.forgotten, [shard(1, 2).unwrap()]);
+        let known = || Store::read(&target).unwrap().shards();
+        assert_eq!(
+            known().iter().map(|state| &state.shard).collect::<Vec<_>>(),
+            [&shard(3, 16).unwrap()]
+        );
+        assert_eq!(whole(&target).records.len(), 2, "the results stay");
+        // Sources that contradict each other are refused all the same.
+        let refused = merge(&[a.clone(), b.clone(), c.clone()], &target).unwrap_err();
+        assert!(matches!(&refused, MergeError::ShardCounts { .. }), "{refused}");
+        // What a merged export names counts as much as what another one does, and what a store
+        // remembers counts less.
+        let both = merge(&[target.clone(), c.clone()], &path("other"));
+        match target.is_dir() {
+            true => assert_eq!(both.unwrap().forgotten, [shard(3, 16).unwrap()]),
+            false => assert!(matches!(both, Err(MergeError::ShardCounts { .. }))),
+        }
+    }
+}
+
+#[test]
+fn a_run_takes_results_of_any_shard() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let store = Store::open(&path("store")).unwrap();
+    let mut sources = Vec::new();
+    for (name, index, count) in [("a", 1, 2), ("b", 3, 16)] {
+        let job = u64::from(index + count);
+        let content = Content::from([(job, ranked(RecordRank::Finished, job, 1))]);
+        sources.push(path(&format!("{name}.tribosweep")));
+        write(&sources[sources.len() - 1], shard(index, count), name, &content);
+    }
+    let readers = readers(&sources);
+    for reader in &readers {
+        let report = store.import_results(&[reader], &RULES).unwrap();
+        assert_eq!((report.added, report.shards.len()), (1, 0));
+    }
+    let both: Vec<&StoreReader> = readers.iter().collect();
+    assert_eq!(store.import_results(&both, &RULES).unwrap().already_there, 2);
+    drop(store);
+    assert!(!path("store/shards.json").exists());
+    assert_eq!((whole(&path("store")).records.len(), whole(&path("store")).studies.len()), (2, 1));
 }
 
 #[test]
