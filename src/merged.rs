@@ -244,6 +244,8 @@ fn print(
         })
         .collect();
     let left_out: Vec<&String> = damage.iter().chain(&report.faults).collect();
+    let incomplete = &report.incomplete;
+    let faults: Vec<&String> = left_out.iter().copied().chain(incomplete).collect();
     if json {
         let conflicts = report.conflicts.iter().map(|conflict| {
             serde_json::json!({
@@ -259,7 +261,7 @@ fn print(
             "files": report.blobs,
             "studies": report.studies,
             "conflicts": conflicts.collect::<Vec<_>>(),
-            "faults": left_out,
+            "faults": faults,
             "versions": versions,
             "forgotten": report.forgotten,
             "sharded": sharded,
@@ -292,12 +294,15 @@ fn print(
             );
         }
         left_out.iter().for_each(|fault| text += &format!("left out: {fault}\n"));
+        incomplete
+            .iter()
+            .for_each(|fault| text += &format!("merged without its file of fields: {fault}\n"));
         sharded.iter().for_each(|study| text += &study.words());
         output::print(&text)?;
     }
     Ok(match () {
         () if !report.conflicts.is_empty() => Finish::Mistake,
-        () if !is_whole || !left_out.is_empty() => Finish::SomeFailed,
+        () if !is_whole || !faults.is_empty() => Finish::SomeFailed,
         () => Finish::AllDone,
     })
 }

@@ -509,7 +509,12 @@ impl ExportWriter {
             .write_all(&head.to_bytes())
             .and_then(|()| target.write_all(&digest.0))
             .and_then(|()| source.copy_compressed(digest, &size, &mut target));
-        self.settled(outcome, head.frame_length())?;
+        if let Ok(Err(fault)) = outcome {
+            // The next frame is written over what there is of this one.
+            let _ = self.file.set_len(self.end);
+            return Err(ExportError::Blob(fault));
+        }
+        self.settled(outcome.map(drop), head.frame_length())?;
         self.blobs.insert(*digest);
         Ok(true)
     }

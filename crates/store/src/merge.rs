@@ -73,6 +73,8 @@ pub struct MergeReport {
     pub conflicts: Vec<RecordConflict>,
     /// The faults of what was left out, in words.
     pub faults: Vec<String>,
+    /// The records that are in the target without a blob that they refer to, in words.
+    pub incomplete: Vec<String>,
     /// The shards whose results are in the target, with their last notes.
     pub shards: Vec<ShardState>,
     /// The shards of which nothing is remembered any more, because their study is in another number
@@ -161,6 +163,19 @@ impl MergeSource<'_> {
         }
     }
 
+    /// Returns the jobs among `keys` that have a record here, be it a damaged one.
+    fn having(&self, keys: &[JobKey]) -> Result<Vec<JobKey>, ReadError> {
+        let is_there = match &self.export {
+            Some((set, number)) => {
+                let is_in = |key| set.places(key).iter().any(|place| place.file == *number);
+                keys.iter().map(is_in).collect()
+            }
+            None => self.reader.contains(keys)?,
+        };
+        let found = keys.iter().zip(is_there).filter(|(_, is_there)| *is_there);
+        Ok(found.map(|(key, _)| *key).collect())
+    }
+
     fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
         match &self.export {
             Some((set, number)) => Ok(set.files[*number as usize].studies.clone()),
@@ -234,6 +249,20 @@ impl MergeTarget<'_> {
         }
     }
 
+    /// Returns true if a sound record of the job is there, and those blobs.
+    fn has(&self, key: &JobKey, blobs: &BTreeSet<Digest>, rules: &MergeRules) -> bool {
+        match self {
+            MergeTarget::Store(store) => {
+                let record = store.get(key).ok().flatten();
+                record.is_some_and(|record| (rules.examine)(key, &record).is_ok())
+                    && blobs.iter().all(|digest| store.blobs().contains(digest))
+            }
+            MergeTarget::Export(writer) => {
+                writer.contains(key) && blobs.iter().all(|digest| writer.has_blob(digest))
+            }
+        }
+    }
+
     fn path(&self) -> &Path {
         match self {
             MergeTarget::Store(store) => store.blobs().store(),
@@ -292,7 +321,9 @@ struct Merge<'m> {
     /// The number of records of each source that are left out.
     lost: Vec<usize>,
     /// The blobs that records of the target refer to and that are not there.
-    lost_blobs: BTreeSet<Digest>,
+    lost_blobs: BTreeSet<(Digest, JobKey)>,
+    /// The jobs of which something was lost in some source, with their blobs that were.
+    losses: BTreeMap<JobKey, BTreeSet<Digest>>,
     shards: ShardUse,
 }
 
@@ -347,6 +378,7 @@ impl<'m> Merge<'m> {
             report: MergeReport::default(),
             lost,
             lost_blobs: BTreeSet::new(),
+            losses: BTreeMap::new(),
             shards: ShardUse::Remember,
         }
     }
@@ -372,8 +404,10 @@ impl<'m> Merge<'m> {
                 let place = target.path();
                 let (first, second) = (self.path(job.holder, place), self.path(rival, place));
                 self.report.conflicts.push(RecordConflict { key: job.key, first, second });
+                self.losses.entry(job.key).or_default();
             }
         }
+        self.doubt_shards(target)?;
         // The studies are named last: a merge that was cut short shows none that is not whole.
         self.put_studies(studies, target)?;
         let shards = &self.report.shards;
@@ -445,6 +479,41 @@ impl<'m> Merge<'m> {
         self.report.forgotten = forgotten.into_iter().collect();
         let states = kept.into_iter().map(|found| found.state);
         self.report.shards = parts::united(states, self.rules.progress);
+        Ok(())
+    }
+
+    /// Takes for unfinished the shards of sources that have a job of which the target lacks
+    /// something.
+    fn doubt_shards(&mut self, target: &MergeTarget) -> Result<(), MergeError> {
+        let losses = std::mem::take(&mut self.losses).into_iter();
+        let mut lost: Vec<JobKey> = losses
+            .filter(|(key, blobs)| !target.has(key, blobs, self.rules))
+            .map(|(key, _)| key)
+            .collect();
+        if lost.is_empty() {
+            return Ok(());
+        }
+        let mut doubtful: BTreeSet<ShardName> = BTreeSet::new();
+        // What an earlier file of the target has lost is a loss of its own if no other source has
+        // it; otherwise that one says more precisely whose it was.
+        let of_target = self.sources.iter().filter(|source| source.is_target);
+        let others = self.sources.iter().filter(|source| !source.is_target);
+        let mut explained: BTreeSet<JobKey> = BTreeSet::new();
+        for source in others.chain(of_target) {
+            if source.is_target {
+                lost.retain(|key| !explained.contains(key));
+            }
+            let found = source.having(&lost)?;
+            if !found.is_empty() {
+                doubtful.extend(source.shards().into_iter().map(|state| state.shard));
+                explained.extend(found);
+            }
+        }
+        for state in &mut self.report.shards {
+            if let Some(note) = state.note.as_mut().filter(|_| doubtful.contains(&state.shard)) {
+                *note = (self.rules.unfinished)(note);
+            }
+        }
         Ok(())
     }
 
@@ -550,14 +619,15 @@ impl<'m> Merge<'m> {
                 {
                     // Its file may have been lost meanwhile, and is taken from any source.
                     let blobs = found.references.into_iter();
-                    self.lost_blobs.extend(blobs.filter(|digest| !store.blobs().contains(digest)));
+                    let lost = blobs.filter(|digest| !store.blobs().contains(digest));
+                    self.lost_blobs.extend(lost.map(|digest| (digest, job.key)));
                     job.before = Some(found.rank);
                     job.meet(TARGET, Candidate::of(self.rules, found.rank, &record));
                 }
             }
         }
         let keys: Vec<JobKey> = shared.iter().map(|job| job.key).collect();
-        let Merge { sources, rules, selection, report, lost, .. } = self;
+        let Merge { sources, rules, selection, report, lost, losses, .. } = self;
         for ((source, number), lost) in sources.iter().zip(0..).zip(lost) {
             let is_shared = |key: &JobKey| {
                 is_selected(selection, source, key) && keys.binary_search(key).is_ok()
@@ -573,6 +643,7 @@ impl<'m> Merge<'m> {
                     }
                     Err(reason) => {
                         *lost += 1;
+                        losses.entry(*key).or_default();
                         report.faults.push(format!("{}: {reason}", source.path.display()));
                     }
                 }
@@ -584,13 +655,16 @@ impl<'m> Merge<'m> {
 
     /// Writes the records that the target must get, with the blobs that they refer to.
     fn copy(&mut self, shared: &[SharedJob], target: &mut MergeTarget) -> Result<(), MergeError> {
-        let Merge { sources, rules, selection, report, lost, lost_blobs, .. } = self;
+        let Merge { sources, rules, selection, report, lost, lost_blobs, losses, .. } = self;
         // An export gathers its frames itself.
         let is_store = matches!(target, MergeTarget::Store(_));
-        for digest in &*lost_blobs {
-            // A blob that nobody has is lost as it was before.
-            if let Ok(is_new) = adopted(digest, None, sources, target)? {
-                report.blobs += usize::from(is_new);
+        for (digest, key) in &*lost_blobs {
+            match adopted(digest, None, sources, target)? {
+                Ok(is_new) => report.blobs += usize::from(is_new),
+                Err(error) => {
+                    report.incomplete.push(format!("job {key}: {error}"));
+                    losses.entry(*key).or_default().insert(*digest);
+                }
             }
         }
         let job = |key: &JobKey| {
@@ -615,6 +689,7 @@ impl<'m> Merge<'m> {
                     Ok(examined) => examined,
                     Err(reason) => {
                         *lost += 1;
+                        losses.entry(*key).or_default();
                         report.faults.push(format!("{}: {reason}", source.path.display()));
                         return Ok(());
                     }
@@ -622,7 +697,10 @@ impl<'m> Merge<'m> {
                 for digest in &found.references {
                     match adopted(digest, Some(source), sources, target)? {
                         Ok(is_new) => report.blobs += usize::from(is_new && !source.is_target),
-                        Err(error) => report.faults.push(format!("job {key}: {error}")),
+                        Err(error) => {
+                            report.incomplete.push(format!("job {key}: {error}"));
+                            losses.entry(*key).or_default().insert(*digest);
+                        }
                     }
                 }
                 match job(key).and_then(|job| Some((job.before?, job.best?.rank))) {

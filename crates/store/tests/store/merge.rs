@@ -8,8 +8,8 @@ use std::time::Duration;
 use identity::JobKey;
 use proptest::prelude::*;
 use store::{
-    ExportError, ExportHeader, ExportWriter, MergeError, MergeReport, MergeSelection, RecordRank,
-    ShardName, Store, StoreReader, merge_into_export,
+    Digest, ExportError, ExportHeader, ExportWriter, MergeError, MergeReport, MergeSelection,
+    RecordRank, ShardName, Store, StoreReader, merge_into_export,
 };
 
 use super::child::{Player, command};
@@ -313,6 +313,7 @@ fn what_is_damaged_is_left_out_and_said_and_another_source_heals_it() {
         lost.insert(expected.records.len() - reader.keys().unwrap().len());
         drop(reader);
         let has_said = !report.faults.is_empty()
+            || !report.incomplete.is_empty()
             || !readers(&[path("a.tribosweep")])[0].exports()[0].damage.is_empty();
         assert!(has_said, "{offset}: {report:?}");
         let report = merge(&[path("a.tribosweep"), path("b.tribosweep")], &target).unwrap();
@@ -321,6 +322,57 @@ fn what_is_damaged_is_left_out_and_said_and_another_source_heals_it() {
         fs::remove_dir_all(&target).unwrap();
     }
     assert!(lost.contains(&0) && lost.contains(&4), "{lost:?}");
+}
+
+/// The note of a shard that is finished ends with an exclamation mark.
+#[test]
+fn a_shard_of_which_something_was_lost_is_not_finished() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let finished = |result, machine| ranked(RecordRank::Finished, result, machine);
+    let first = Content::from([(1, finished(1, 1)), (3, finished(3, 200))]);
+    let second = Content::from([(2, finished(2, 1))]);
+    let [a, b, good] = ["a.tribosweep", "b.tribosweep", "good.tribosweep"].map(path);
+    write(&a, shard(1, 2), "finished!", &first);
+    write(&b, shard(2, 2), "finished!", &second);
+    fs::copy(&a, &good).unwrap();
+    let bytes = fs::read(&a).unwrap();
+    let find =
+        |needle: &[u8]| bytes.windows(needle.len()).rposition(|window| window == needle).unwrap();
+    let is_finished = |report: &MergeReport, index: usize| {
+        report.shards[index].note.as_ref().is_some_and(|note| note.ends_with(b"!"))
+    };
+    for target in [path("store"), path("merged.tribosweep")] {
+        // The record of a job, then the blob of another.
+        for offset in [find(&key(3).0) + 60, find(&Digest::of(&field(200)).0) + 60] {
+            let mut flipped = bytes.clone();
+            flipped[offset] ^= 1;
+            fs::write(&a, &flipped).unwrap();
+            for round in 0..2 {
+                let report = merge(&[a.clone(), b.clone()], &target).unwrap();
+                let said = report.faults.len() + report.incomplete.len();
+                assert!(said > 0, "{offset} in round {round}: {report:?}");
+                assert_eq!([0, 1].map(|i| is_finished(&report, i)), [false, true], "{report:?}");
+                let known = Store::read_by(&target, &RULES).unwrap().shards();
+                assert_eq!(known, report.shards);
+            }
+            // What is there in the end was not lost, wherever it came from.
+            let report = merge(&[a.clone(), good.clone()], &target).unwrap();
+            assert_eq!([0, 1].map(|i| is_finished(&report, i)), [true, true], "{report:?}");
+            let report = merge(&[a.clone()], &target).unwrap();
+            assert_eq!([0, 1].map(|i| is_finished(&report, i)), [true, true], "{report:?}");
+            match target.is_dir() {
+                true => fs::remove_dir_all(&target).unwrap(),
+                false => fs::remove_file(&target).unwrap(),
+            }
+        }
+        // Neither of two results that differ is taken.
+        fs::remove_file(&a).unwrap();
+        write(&a, shard(1, 2), "finished!", &Content::from([(2, finished(9, 1))]));
+        let report = merge(&[a.clone(), b.clone()], &target).unwrap();
+        assert_eq!((report.conflicts.len(), report.added), (1, 0));
+        assert_eq!([0, 1].map(|i| is_finished(&report, i)), [false, false], "{report:?}");
+    }
 }
 
 #[test]
