@@ -94,6 +94,15 @@ pub enum ExportError {
         /// The path of the file.
         path: PathBuf,
     },
+    /// Another process has put a file there since this one read it.
+    #[error(
+        "another process has written {} meanwhile, and nothing was merged into it; merge again",
+        .path.display()
+    )]
+    Changed {
+        /// The path of the file.
+        path: PathBuf,
+    },
     /// The disk is full. What was flushed before is there.
     #[error(
         "there is no room for {}: {source}; make room and run the same again, nothing that was done \
@@ -162,7 +171,7 @@ pub struct ExportWriter {
 }
 
 /// Refuses a path whose name does not end like that of an export.
-pub(crate) fn require_name(path: &Path) -> Result<(), ExportError> {
+fn require_name(path: &Path) -> Result<(), ExportError> {
     match path.extension().is_some_and(|extension| extension == EXTENSION) {
         true => Ok(()),
         false => Err(ExportError::Name { path: path.to_owned() }),

@@ -146,7 +146,7 @@ impl BlobPlace {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct FileIdentity {
+pub(crate) struct FileIdentity {
     device: u64,
     inode: u64,
 }
@@ -155,6 +155,12 @@ impl FileIdentity {
     fn of(file: &File) -> io::Result<Self> {
         let found = file.metadata()?;
         Ok(FileIdentity { device: found.dev(), inode: found.ino() })
+    }
+
+    /// Returns the identity of what is at `path`, or `None` if nothing can be seen there.
+    pub(crate) fn of_path(path: &Path) -> Option<Self> {
+        let found = fs::symlink_metadata(path).ok()?;
+        Some(FileIdentity { device: found.dev(), inode: found.ino() })
     }
 }
 

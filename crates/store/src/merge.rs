@@ -15,8 +15,8 @@ use crate::blob::Blobs;
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
-use crate::export::{ExportError, ExportWriter, require_name};
-use crate::exports::{ExportHeader, ExportSet, ShardName, ShardState};
+use crate::export::{ExportError, ExportWriter};
+use crate::exports::{ExportHeader, ExportSet, FileIdentity, ShardName, ShardState};
 use crate::parts;
 use crate::reader::StoreReader;
 use crate::rules::{Candidate, Examination, MergeRules, RecordChoice, RecordRank};
@@ -822,7 +822,7 @@ pub fn require_mergeable(sources: &[&StoreReader], rules: &MergeRules) -> Result
 ///
 /// # Errors
 /// Those of [`Store::import`], and [`ExportError`] if the file at `target` is the export of a shard
-/// or no export at all.
+/// or no export at all, or if another process writes it meanwhile.
 pub fn merge_into_export(
     target: &Path,
     program: &str,
@@ -830,7 +830,11 @@ pub fn merge_into_export(
     rules: &MergeRules,
     selection: &MergeSelection,
 ) -> Result<MergeReport, MergeError> {
-    require_name(target)?;
+    // A merge that goes on at the same time and ends first removes this file, and so this one ends
+    // without having taken the place of what it has not read.
+    let header = ExportHeader { program: program.to_owned(), shard: None };
+    let mut writer = ExportWriter::beside(target, &header)?;
+    let before = FileIdentity::of_path(target);
     let earlier = durable::is_present(target).then(|| Store::read_by(target, rules)).transpose()?;
     if let Some(shard) =
         earlier.iter().flat_map(StoreReader::exports).find_map(|export| export.header.shard)
@@ -842,11 +846,16 @@ pub fn merge_into_export(
         }
         .into());
     }
-    let header = ExportHeader { program: program.to_owned(), shard: None };
-    let mut writer = ExportWriter::beside(target, &header)?;
     let merge = Merge::new(sources, rules, selection, target, earlier.as_ref());
     let report = merge.run(&mut MergeTarget::Export(&mut writer))?;
     writer.write_end()?;
-    writer.settle()?;
+    let changed = || ExportError::Changed { path: target.to_owned() };
+    if FileIdentity::of_path(target) != before {
+        return Err(changed().into());
+    }
+    writer.settle().map_err(|error| match error {
+        ExportError::TakenOver { .. } => changed(),
+        error => error,
+    })?;
     Ok(report)
 }

@@ -8,8 +8,8 @@ use std::time::Duration;
 use identity::JobKey;
 use proptest::prelude::*;
 use store::{
-    Digest, ExportError, ExportHeader, ExportWriter, MergeError, MergeReport, MergeSelection,
-    RecordRank, ShardName, Store, StoreReader, merge_into_export,
+    Digest, ExportError, ExportHeader, ExportWriter, MergeError, MergeReport, MergeRules,
+    MergeSelection, RecordRank, ShardName, Store, StoreReader, merge_into_export,
 };
 
 use super::child::{Player, command};
@@ -372,6 +372,61 @@ fn a_shard_of_which_something_was_lost_is_not_finished() {
         let report = merge(&[a.clone(), b.clone()], &target).unwrap();
         assert_eq!((report.conflicts.len(), report.added), (1, 0));
         assert_eq!([0, 1].map(|i| is_finished(&report, i)), [false, false], "{report:?}");
+    }
+}
+
+std::thread_local! {
+    /// What another process merges while this one does: a source and the target.
+    static MEANWHILE: std::cell::Cell<Option<[PathBuf; 2]>> = const { std::cell::Cell::new(None) };
+}
+
+fn merge_meanwhile() {
+    if let Some([source, target]) = MEANWHILE.take() {
+        merge(&[source], &target).unwrap();
+    }
+}
+
+#[test]
+fn of_two_merges_into_one_export_at_once_none_is_lost() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let target = path("merged.tribosweep");
+    for (name, i) in [("a", 1), ("b", 2), ("c", 3)] {
+        let content = Content::from([(i, ranked(RecordRank::Finished, i, 1))]);
+        write(&path(&format!("{name}.tribosweep")), shard(i as u32, 3), name, &content);
+    }
+    let [a, b, c] = ["a.tribosweep", "b.tribosweep", "c.tribosweep"].map(path);
+    // The target is asked for its shards when it is read, and a record when it is merged.
+    let while_reading = MergeRules {
+        unfinished: |note| {
+            merge_meanwhile();
+            note.to_vec()
+        },
+        ..RULES
+    };
+    let while_merging = MergeRules {
+        examine: |key, bytes| {
+            merge_meanwhile();
+            (RULES.examine)(key, bytes)
+        },
+        ..RULES
+    };
+    for rules in [while_reading, while_merging] {
+        merge(&[a.clone()], &target).unwrap();
+        // What is damaged there makes its shards doubtful.
+        let mut bytes = fs::read(&target).unwrap();
+        bytes.extend(b"more");
+        fs::write(&target, bytes).unwrap();
+        let source = Store::read_by(&c, &RULES).unwrap();
+        MEANWHILE.set(Some([b.clone(), target.clone()]));
+        let all = MergeSelection::default();
+        let refused = merge_into_export(&target, "0.1.0", &[&source], &rules, &all).unwrap_err();
+        assert!(matches!(MEANWHILE.take(), None), "the other merge took place");
+        assert!(refused.to_string().ends_with("nothing was merged into it; merge again"));
+        assert_eq!(whole(&target).records.len(), 2);
+        assert_eq!(merge(&[c.clone()], &target).unwrap().added, 1);
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 4, "nothing is left over");
+        fs::remove_file(&target).unwrap();
     }
 }
 
