@@ -41,6 +41,10 @@ pub(crate) const RULES: MergeRules = MergeRules {
         Some(note) => note.done.saturating_add(note.failed),
         None => 0,
     },
+    unfinished: |bytes| match ShardNote::of(bytes) {
+        Some(note) if note.finished => ShardNote { finished: false, ..note }.to_bytes(),
+        _ => bytes.to_vec(),
+    },
 };
 
 /// Returns the files that a record refers to.
@@ -97,6 +101,9 @@ mod tests {
         assert_eq!(progress(br#"{"done": 3, "failed": 1}"#), 4);
         assert!(progress(br#"{"finished": true}"#) > progress(br#"{"done": 300}"#));
         assert_eq!(progress(b"done"), 0);
+        let reopened = (RULES.unfinished)(br#"{"done": 3, "finished": true}"#);
+        assert_eq!(ShardNote::of(&reopened), Some(ShardNote { done: 3, ..ShardNote::default() }));
+        assert_eq!((RULES.unfinished)(b"done"), b"done");
     }
 
     #[test]

@@ -184,6 +184,25 @@ fn versions(readers: &[StoreReader]) -> Vec<String> {
     others.into_iter().map(words).collect()
 }
 
+/// Says in words of which shards nothing is remembered any more.
+fn forgotten(report: &MergeReport) -> Vec<String> {
+    let mut divisions: BTreeMap<(&str, u32), usize> = BTreeMap::new();
+    for shard in &report.forgotten {
+        *divisions.entry((&shard.study, shard.count)).or_default() += 1;
+    }
+    let words = |((study, shards), number): ((&str, u32), usize)| {
+        let known = report.shards.iter().find(|state| state.shard.study == study);
+        let now = known.map_or(0, |state| state.shard.count);
+        format!(
+            "`{study}`: {} that were remembered of {shards} are forgotten, because it is in {} \
+             now; their results stay",
+            count(number, "shard", "shards"),
+            count(now as usize, "shard", "shards")
+        )
+    };
+    divisions.into_iter().map(words).collect()
+}
+
 /// Prints the report of a merge of what `readers` read into `target`, and says what is missing of
 /// studies that came in shards.
 pub(crate) fn print_report(
@@ -225,6 +244,8 @@ fn print(
         })
         .collect();
     let left_out: Vec<&String> = damage.iter().chain(&report.faults).collect();
+    let incomplete = &report.incomplete;
+    let faults: Vec<&String> = left_out.iter().copied().chain(incomplete).collect();
     if json {
         let conflicts = report.conflicts.iter().map(|conflict| {
             serde_json::json!({
@@ -240,8 +261,9 @@ fn print(
             "files": report.blobs,
             "studies": report.studies,
             "conflicts": conflicts.collect::<Vec<_>>(),
-            "faults": left_out,
+            "faults": faults,
             "versions": versions,
+            "forgotten": report.forgotten,
             "sharded": sharded,
         }))?;
     } else {
@@ -262,6 +284,7 @@ fn print(
             text += &format!("{records} of another version of this program, and not used\n");
         }
         versions.iter().for_each(|words| text += &format!("{words}\n"));
+        forgotten(report).iter().for_each(|words| text += &format!("{words}\n"));
         for conflict in &report.conflicts {
             text += &format!(
                 "conflict: job {} has different results in {} and {}; nothing of it was changed\n",
@@ -271,12 +294,15 @@ fn print(
             );
         }
         left_out.iter().for_each(|fault| text += &format!("left out: {fault}\n"));
+        incomplete
+            .iter()
+            .for_each(|fault| text += &format!("merged without its file of fields: {fault}\n"));
         sharded.iter().for_each(|study| text += &study.words());
         output::print(&text)?;
     }
     Ok(match () {
         () if !report.conflicts.is_empty() => Finish::Mistake,
-        () if !is_whole || !left_out.is_empty() => Finish::SomeFailed,
+        () if !is_whole || !faults.is_empty() => Finish::SomeFailed,
         () => Finish::AllDone,
     })
 }

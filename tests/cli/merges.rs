@@ -227,7 +227,8 @@ fn damage_to_exports_is_found_and_another_copy_heals_it() {
         assert!(verified.out.contains("damaged: "), "{}", verified.out);
         let merged = place.call("store merge exports --into merged");
         assert_eq!(merged.code, 2, "{}", merged.out);
-        assert!(without_hashes(&merged.out).contains("left out: "), "{}", merged.out);
+        let said = without_hashes(&merged.out);
+        assert!(said.contains("left out: ") || said.contains("without its file"), "{said}");
         let healed = place.call("store merge exports copy.tribosweep --into merged");
         assert!([0, 2].contains(&healed.code), "{}", healed.out);
         assert_eq!(

@@ -172,9 +172,18 @@ impl Blobs {
         };
         let path = self.path(digest);
         self.prepare(&path, size.length)?;
-        durable::write_with(&path, |file| source.copy_compressed(digest, &size, file))
-            .map_err(|source| WriteError::io("write the blob", &path, source))?;
-        Ok(Ok(true))
+        let mut fault = None;
+        let written = durable::write_with(&path, |file| {
+            source.copy_compressed(digest, &size, file)?.map_err(|unread| {
+                fault = Some(unread);
+                io::Error::other("there is nothing to write")
+            })
+        });
+        match (fault, written) {
+            (Some(fault), _) => Ok(Err(fault)),
+            (None, Err(source)) => Err(WriteError::io("write the blob", &path, source)),
+            (None, Ok(())) => Ok(Ok(true)),
+        }
     }
 
     /// Returns the error of a blob that is not there.
@@ -195,18 +204,33 @@ impl Blobs {
     }
 
     /// Copies the compressed bytes of a blob whose size was found before.
+    ///
+    /// # Errors
+    /// The outer error is one of writing. The inner one says why the blob cannot be read any more.
     pub(crate) fn copy_compressed(
         &self,
         digest: &Digest,
         size: &CompressedSize,
         target: &mut dyn Write,
-    ) -> io::Result<()> {
-        let copies = self.compressed(digest).map_err(io::Error::other)?;
-        let copy = copies.into_iter().nth(size.copy).ok_or(io::ErrorKind::NotFound)?;
-        let mut bytes = copy.bytes?.take(size.length);
+    ) -> io::Result<Result<(), ReadError>> {
+        let copies = match self.compressed(digest) {
+            Ok(copies) => copies,
+            Err(fault) => return Ok(Err(fault)),
+        };
+        let Some(copy) = copies.into_iter().nth(size.copy) else {
+            return Ok(Err(self.missing(digest)));
+        };
+        let path = copy.path;
+        let mut bytes = match copy.bytes {
+            Ok(bytes) => bytes.take(size.length),
+            Err(source) => return Ok(Err(ReadError::Io { path, source })),
+        };
         let (mut sum, mut count, mut piece) = (BodySum::new(), 0, vec![0; PIECE]);
         loop {
-            let read = bytes.read(&mut piece)?;
+            let read = match bytes.read(&mut piece) {
+                Ok(read) => read,
+                Err(source) => return Ok(Err(ReadError::Io { path, source })),
+            };
             if read == 0 {
                 break;
             }
@@ -215,8 +239,11 @@ impl Blobs {
             target.write_all(&piece[..read])?;
         }
         match (count, sum.get()) == (size.length, size.sum) {
-            true => Ok(()),
-            false => Err(io::Error::other("the blob changed while it was copied")),
+            true => Ok(Ok(())),
+            false => {
+                let reason = "it changed while it was copied".to_owned();
+                Ok(Err(ReadError::Blob { digest: *digest, path, reason }))
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 //! Writing takes no locks and maps no memory, and nothing is written but at the end of the file, so
 //! an export may lie on a parallel file system.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::{self, File, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::{FileExt, MetadataExt, PermissionsExt};
@@ -21,9 +21,9 @@ use crate::exports::{
     EXTENSION, ExportHeader, ExportSet, ShardState, open_export, part_table, require_possible,
 };
 use crate::frame::{
-    BodySum, EXPORT_FORMAT, ExportFrame, FRAME_TARGET, FrameHead, FrameKind, FrameStep, FrameWalk,
-    HEAD, MAGIC, PREAMBLE, RECORDS_PER_FRAME, TABLE_ENTRY, TABLE_LIMIT, add_entry, digest_of,
-    entries_of,
+    BodySum, Checksum, EXPORT_FORMAT, ExportFrame, FRAME_LIMIT, FRAME_TARGET, FrameHead, FrameKind,
+    FrameStep, FrameWalk, HEAD, MAGIC, PREAMBLE, RECORDS_PER_FRAME, TABLE_ENTRY, TABLE_LIMIT,
+    TableEntry, add_entry, content_of, digest_of, entries_of,
 };
 
 /// The compression level, which is zstd's own default.
@@ -94,6 +94,15 @@ pub enum ExportError {
         /// The path of the file.
         path: PathBuf,
     },
+    /// Another process has put a file there since this one read it.
+    #[error(
+        "another process has written {} meanwhile, and nothing was merged into it; merge again",
+        .path.display()
+    )]
+    Changed {
+        /// The path of the file.
+        path: PathBuf,
+    },
     /// The disk is full. What was flushed before is there.
     #[error(
         "there is no room for {}: {source}; make room and run the same again, nothing that was done \
@@ -148,7 +157,8 @@ pub struct ExportWriter {
     temporary: Option<tempfile::TempPath>,
     /// The end of the last whole frame \[bytes\].
     end: u64,
-    keys: HashSet<JobKey>,
+    /// The beginning of the digest of the last record of each job.
+    records_of: HashMap<JobKey, Checksum>,
     blobs: HashSet<Digest>,
     studies: BTreeMap<String, Digest>,
     /// The table and the records of the frame that is being gathered.
@@ -161,7 +171,7 @@ pub struct ExportWriter {
 }
 
 /// Refuses a path whose name does not end like that of an export.
-pub(crate) fn require_name(path: &Path) -> Result<(), ExportError> {
+fn require_name(path: &Path) -> Result<(), ExportError> {
     match path.extension().is_some_and(|extension| extension == EXTENSION) {
         true => Ok(()),
         false => Err(ExportError::Name { path: path.to_owned() }),
@@ -189,7 +199,8 @@ fn described(header: &ExportHeader) -> String {
 impl ExportWriter {
     /// Starts the file, or goes on with it: what is sound of an existing file is copied into a new
     /// one that takes its place. So a writer that still lives elsewhere writes to a file without a
-    /// name, and finds that out when it flushes. The directory is created if it is absent.
+    /// name, and finds that out when it flushes. The earlier note is not copied. The directory is
+    /// created if it is absent.
     ///
     /// # Errors
     /// [`ExportError::Name`] if the name does not end as it must, [`ExportError::OtherShard`] if
@@ -229,7 +240,7 @@ impl ExportWriter {
             file,
             temporary: Some(temporary),
             end: PREAMBLE,
-            keys: HashSet::new(),
+            records_of: HashMap::new(),
             blobs: HashSet::new(),
             studies: BTreeMap::new(),
             table: Vec::new(),
@@ -273,8 +284,9 @@ impl ExportWriter {
                         });
                     }
                 }
-                FrameKind::Note => self.note = Some(frame.table),
-                FrameKind::End => {}
+                // Whoever goes on says anew how far it is, so the shard counts as unfinished until
+                // then.
+                FrameKind::Note | FrameKind::End => {}
                 FrameKind::Study | FrameKind::Records | FrameKind::Blob | FrameKind::Part => {
                     if let Err(reason) = self.copy_frame(&earlier, &frame)? {
                         let start = frame.start;
@@ -283,7 +295,7 @@ impl ExportWriter {
                 }
             }
         }
-        self.write_note()
+        Ok(())
     }
 
     /// Copies a frame of an earlier export, or says what is wrong with it. Nothing of it stays
@@ -293,10 +305,9 @@ impl ExportWriter {
         earlier: &File,
         frame: &ExportFrame,
     ) -> Result<Result<(), String>, ExportError> {
-        let (mut keys, mut digest, mut study) = (Vec::new(), None, None);
+        let (mut entries, mut digest, mut study) = (Vec::new(), None, None);
         let understood = match frame.kind {
-            FrameKind::Records => entries_of(&frame.table)
-                .map(|entries| keys.extend(entries.into_iter().map(|entry| entry.key))),
+            FrameKind::Records => entries_of(&frame.table).map(|found| entries = found),
             FrameKind::Study => digest_of(&frame.table).map(|(found, name)| {
                 digest = Some(found);
                 study = Some(String::from_utf8_lossy(name).into_owned());
@@ -318,6 +329,9 @@ impl ExportWriter {
         put(&head.to_bytes()).and_then(|()| put(&frame.table)).map_err(written)?;
         let (mut sum, mut piece) = (BodySum::new(), vec![0; PIECE]);
         let (mut from, mut left) = (frame.body_start(), head.body_length);
+        let is_records = frame.kind == FrameKind::Records
+            && head.body_length <= zstd::zstd_safe::compress_bound(FRAME_LIMIT) as u64;
+        let mut body = Vec::new();
         while left > 0 {
             let count = PIECE.min(usize::try_from(left).unwrap_or(PIECE));
             earlier
@@ -325,16 +339,26 @@ impl ExportWriter {
                 .map_err(|source| ExportError::io("read", &self.path, source))?;
             sum.add(&piece[..count]);
             put(&piece[..count]).map_err(written)?;
+            if is_records {
+                body.extend_from_slice(&piece[..count]);
+            }
             from += count as u64;
             left -= count as u64;
         }
-        if sum.get() != head.body_sum {
-            // The next frame is written over it.
-            self.file.set_len(self.end).map_err(written)?;
-            return Ok(Err("differs from what was written".to_owned()));
-        }
+        let records = match sum.get() == head.body_sum {
+            true => records_in(&entries, &body),
+            false => Err("differs from what was written".to_owned()),
+        };
+        let records = match records {
+            Ok(records) => records,
+            Err(reason) => {
+                // The next frame is written over it.
+                self.file.set_len(self.end).map_err(written)?;
+                return Ok(Err(reason));
+            }
+        };
         self.end = position;
-        self.keys.extend(keys);
+        self.records_of.extend(records);
         self.blobs.extend(digest);
         if let (Some(name), Some(digest)) = (study, digest) {
             self.studies.insert(name, digest);
@@ -380,7 +404,12 @@ impl ExportWriter {
 
     /// Returns true if the file has a record of the job.
     pub fn contains(&self, key: &JobKey) -> bool {
-        self.keys.contains(key)
+        self.records_of.contains_key(key)
+    }
+
+    /// Returns true if the last record of the job in the file has these very bytes.
+    pub fn holds(&self, key: &JobKey, record: &[u8]) -> bool {
+        self.records_of.get(key) == Some(&short_digest(record))
     }
 
     /// Returns true if the file has the blob.
@@ -390,12 +419,12 @@ impl ExportWriter {
 
     /// Returns the number of jobs that have a record in the file.
     pub fn len(&self) -> usize {
-        self.keys.len()
+        self.records_of.len()
     }
 
     /// Returns true if the file has no record.
     pub fn is_empty(&self) -> bool {
-        self.keys.is_empty()
+        self.records_of.is_empty()
     }
 
     /// Adds the definition of a study. Nothing happens if it is there already.
@@ -463,7 +492,7 @@ impl ExportWriter {
         }
         add_entry(&mut self.table, key, record.len());
         self.records.extend_from_slice(record);
-        self.keys.insert(*key);
+        self.records_of.insert(*key, short_digest(record));
         if self.is_large() { self.write_records() } else { Ok(()) }
     }
 
@@ -489,7 +518,12 @@ impl ExportWriter {
             .write_all(&head.to_bytes())
             .and_then(|()| target.write_all(&digest.0))
             .and_then(|()| source.copy_compressed(digest, &size, &mut target));
-        self.settled(outcome, head.frame_length())?;
+        if let Ok(Err(fault)) = outcome {
+            // The next frame is written over what there is of this one.
+            let _ = self.file.set_len(self.end);
+            return Err(ExportError::Blob(fault));
+        }
+        self.settled(outcome.map(drop), head.frame_length())?;
         self.blobs.insert(*digest);
         Ok(true)
     }
@@ -535,7 +569,7 @@ impl ExportWriter {
     pub(crate) fn write_end(&mut self) -> Result<(), ExportError> {
         self.write_records()?;
         self.write_note()?;
-        let table: Vec<u8> = [self.keys.len(), self.studies.len(), self.blobs.len()]
+        let table: Vec<u8> = [self.records_of.len(), self.studies.len(), self.blobs.len()]
             .iter()
             .flat_map(|count| (*count as u64).to_le_bytes())
             .collect();
@@ -605,6 +639,23 @@ impl ExportWriter {
             }
         }
     }
+}
+
+/// Returns the first bytes of the digest of a record. More would only take memory.
+fn short_digest(record: &[u8]) -> Checksum {
+    let mut short = Checksum::default();
+    short.copy_from_slice(&Digest::of(record).0[..16]);
+    short
+}
+
+/// Returns the jobs of a frame and the digests of their records, or says what is wrong with it.
+fn records_in(entries: &[TableEntry], body: &[u8]) -> Result<Vec<(JobKey, Checksum)>, String> {
+    let content = content_of(entries, body)?;
+    let record = |entry: &TableEntry| {
+        let start = entry.offset as usize;
+        (entry.key, short_digest(&content[start..start + entry.length as usize]))
+    };
+    Ok(entries.iter().map(record).collect())
 }
 
 /// A place in a file at which is written.

@@ -75,7 +75,8 @@ pub struct ExportSummary {
     pub header: ExportHeader,
     /// The number of jobs that have a record in the file.
     pub records: usize,
-    /// The last note that the writer left.
+    /// The last note that the writer left. A reader that has [rules](MergeRules::unfinished) does
+    /// not believe that a shard is finished whose file is not closed, or has lost something.
     pub note: Option<Vec<u8>>,
     /// The shards that were merged into the file, with their last notes.
     pub parts: Vec<ShardState>,
@@ -145,7 +146,7 @@ impl BlobPlace {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct FileIdentity {
+pub(crate) struct FileIdentity {
     device: u64,
     inode: u64,
 }
@@ -154,6 +155,12 @@ impl FileIdentity {
     fn of(file: &File) -> io::Result<Self> {
         let found = file.metadata()?;
         Ok(FileIdentity { device: found.dev(), inode: found.ino() })
+    }
+
+    /// Returns the identity of what is at `path`, or `None` if nothing can be seen there.
+    pub(crate) fn of_path(path: &Path) -> Option<Self> {
+        let found = fs::symlink_metadata(path).ok()?;
+        Some(FileIdentity { device: found.dev(), inode: found.ino() })
     }
 }
 
@@ -197,6 +204,7 @@ impl ExportFile {
         path: &Path,
         number: u32,
         places: &mut Vec<RecordPlace>,
+        rules: Option<&MergeRules>,
     ) -> Result<Self, OpenError> {
         let failed = |source| OpenError::io("read", Wanted::Read, path, source);
         let file = open_export(path)?;
@@ -227,6 +235,7 @@ impl ExportFile {
                 FrameStep::Frame(frame) => frame,
                 FrameStep::Damaged(reason) => {
                     index.summary.damage.push(reason);
+                    index.summary.is_closed = false;
                     continue;
                 }
                 FrameStep::Unfinished(length) => {
@@ -256,10 +265,15 @@ impl ExportFile {
             is_same
         });
         index.summary.records = found.len();
+        let counts = end.filter(|_| index.summary.is_closed).map(|end| index.require_counts(&end));
+        let is_all_there = matches!(counts, Some(Ok(())));
         if index.summary.damage.is_empty()
-            && let Some(Err(reason)) = end.map(|end| index.require_counts(&end))
+            && let Some(Err(reason)) = counts
         {
             index.summary.damage.push(reason);
+        }
+        if let Some(rules) = rules {
+            index.believe(is_all_there, rules);
         }
         places.append(&mut found);
         if (number as usize) < OPEN_FILES {
@@ -319,6 +333,19 @@ impl ExportFile {
             FrameKind::End => {}
         }
         Ok(())
+    }
+
+    /// Takes for unfinished what the file says is finished, if results of it may be lost.
+    fn believe(&mut self, is_all_there: bool, rules: &MergeRules) {
+        let ExportSummary { note, parts, damage, .. } = &mut self.summary;
+        let claimed = |note: &mut Vec<u8>| *note = (rules.unfinished)(note);
+        if !is_all_there {
+            note.iter_mut().for_each(claimed);
+        }
+        // A merged file is named when it is whole, with its parts after their records.
+        if !is_all_there && !damage.is_empty() {
+            parts.iter_mut().filter_map(|part| part.note.as_mut()).for_each(claimed);
+        }
     }
 
     /// Holds the numbers in the last frame against what was found.
@@ -519,7 +546,7 @@ impl ExportSet {
         let Some(paths) = exports_at(path)? else { return Ok(None) };
         let (mut files, mut places) = (Vec::new(), Vec::new());
         for (number, file) in paths.iter().enumerate() {
-            files.push(ExportFile::open(file, number as u32, &mut places)?);
+            files.push(ExportFile::open(file, number as u32, &mut places, rules)?);
         }
         places.sort_unstable_by_key(|place| (place.key, place.file));
         places.shrink_to_fit();

@@ -351,6 +351,20 @@ pub(crate) fn entries_of(table: &[u8]) -> Result<Vec<TableEntry>, String> {
     Ok(entries)
 }
 
+/// Decompresses the records of a frame whose table has `entries`, or says what is wrong with it.
+pub(crate) fn content_of(entries: &[TableEntry], body: &[u8]) -> Result<Vec<u8>, String> {
+    let length = entries.last().map_or(0, |last| last.offset as usize + last.length as usize);
+    if length == 0 {
+        return Ok(Vec::new());
+    }
+    let content = zstd::bulk::decompress(body, length)
+        .map_err(|error| format!("has records that cannot be decompressed: {error}"))?;
+    match content.len() == length {
+        true => Ok(content),
+        false => Err("has fewer bytes than its table says".to_owned()),
+    }
+}
+
 /// Splits the digest from the front of a table.
 pub(crate) fn digest_of(table: &[u8]) -> Result<(Digest, &[u8]), String> {
     let (digest, rest) = table.split_first_chunk::<32>().ok_or("has a table without a digest")?;

@@ -15,8 +15,8 @@ use crate::blob::Blobs;
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
-use crate::export::{ExportError, ExportWriter, require_name};
-use crate::exports::{ExportHeader, ExportSet, ShardName, ShardState};
+use crate::export::{ExportError, ExportWriter};
+use crate::exports::{ExportHeader, ExportSet, FileIdentity, ShardName, ShardState};
 use crate::parts;
 use crate::reader::StoreReader;
 use crate::rules::{Candidate, Examination, MergeRules, RecordChoice, RecordRank};
@@ -73,8 +73,13 @@ pub struct MergeReport {
     pub conflicts: Vec<RecordConflict>,
     /// The faults of what was left out, in words.
     pub faults: Vec<String>,
+    /// The records that are in the target without a blob that they refer to, in words.
+    pub incomplete: Vec<String>,
     /// The shards whose results are in the target, with their last notes.
     pub shards: Vec<ShardState>,
+    /// The shards of which nothing is remembered any more, because their study is in another number
+    /// of shards now. Their results stay.
+    pub forgotten: Vec<ShardName>,
 }
 
 /// The reason why nothing, or nothing more, is merged.
@@ -158,6 +163,19 @@ impl MergeSource<'_> {
         }
     }
 
+    /// Returns the jobs among `keys` that have a record here, be it a damaged one.
+    fn having(&self, keys: &[JobKey]) -> Result<Vec<JobKey>, ReadError> {
+        let is_there = match &self.export {
+            Some((set, number)) => {
+                let is_in = |key| set.places(key).iter().any(|place| place.file == *number);
+                keys.iter().map(is_in).collect()
+            }
+            None => self.reader.contains(keys)?,
+        };
+        let found = keys.iter().zip(is_there).filter(|(_, is_there)| *is_there);
+        Ok(found.map(|(key, _)| *key).collect())
+    }
+
     fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
         match &self.export {
             Some((set, number)) => Ok(set.files[*number as usize].studies.clone()),
@@ -231,6 +249,20 @@ impl MergeTarget<'_> {
         }
     }
 
+    /// Returns true if a sound record of the job is there, and those blobs.
+    fn has(&self, key: &JobKey, blobs: &BTreeSet<Digest>, rules: &MergeRules) -> bool {
+        match self {
+            MergeTarget::Store(store) => {
+                let record = store.get(key).ok().flatten();
+                record.is_some_and(|record| (rules.examine)(key, &record).is_ok())
+                    && blobs.iter().all(|digest| store.blobs().contains(digest))
+            }
+            MergeTarget::Export(writer) => {
+                writer.contains(key) && blobs.iter().all(|digest| writer.has_blob(digest))
+            }
+        }
+    }
+
     fn path(&self) -> &Path {
         match self {
             MergeTarget::Store(store) => store.blobs().store(),
@@ -289,7 +321,37 @@ struct Merge<'m> {
     /// The number of records of each source that are left out.
     lost: Vec<usize>,
     /// The blobs that records of the target refer to and that are not there.
-    lost_blobs: BTreeSet<Digest>,
+    lost_blobs: BTreeSet<(Digest, JobKey)>,
+    /// The jobs of which something was lost in some source, with their blobs that were.
+    losses: BTreeMap<JobKey, BTreeSet<Digest>>,
+    shards: ShardUse,
+}
+
+/// The use of what the sources say of shards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ShardUse {
+    /// The target remembers the shards, and words can be said about what is missing.
+    Remember,
+    /// The results count, and whose they were does not matter.
+    Ignore,
+}
+
+/// A shard that is known, and from where.
+struct KnownShard {
+    path: PathBuf,
+    state: ShardState,
+    origin: ShardOrigin,
+}
+
+/// The origin of the knowledge of a shard. What comes later in this list counts more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum ShardOrigin {
+    /// The target remembers it.
+    Target,
+    /// A store that is merged remembers it.
+    Store,
+    /// An export that is merged names it.
+    Export,
 }
 
 impl<'m> Merge<'m> {
@@ -316,6 +378,8 @@ impl<'m> Merge<'m> {
             report: MergeReport::default(),
             lost,
             lost_blobs: BTreeSet::new(),
+            losses: BTreeMap::new(),
+            shards: ShardUse::Remember,
         }
     }
 
@@ -329,7 +393,9 @@ impl<'m> Merge<'m> {
             MergeTarget::Store(store) => Some(*store),
             MergeTarget::Export(_) => None,
         };
-        self.unite_shards(store)?;
+        if self.shards == ShardUse::Remember {
+            self.unite_shards(store)?;
+        }
         let studies = self.compare_studies(store)?;
         let shared = self.shared_jobs(target)?;
         self.copy(&shared, target)?;
@@ -338,8 +404,10 @@ impl<'m> Merge<'m> {
                 let place = target.path();
                 let (first, second) = (self.path(job.holder, place), self.path(rival, place));
                 self.report.conflicts.push(RecordConflict { key: job.key, first, second });
+                self.losses.entry(job.key).or_default();
             }
         }
+        self.doubt_shards(target)?;
         // The studies are named last: a merge that was cut short shows none that is not whole.
         self.put_studies(studies, target)?;
         let shards = &self.report.shards;
@@ -360,33 +428,92 @@ impl<'m> Merge<'m> {
 
     /// Unites what the sources and the target know of shards.
     fn unite_shards(&mut self, target: Option<&Store>) -> Result<(), MergeError> {
-        let mut shards: Vec<(PathBuf, ShardState)> = Vec::new();
+        let mut shards: Vec<KnownShard> = Vec::new();
         if let Some(store) = target {
-            let directory = store.blobs().store();
-            let known = parts::read(directory).into_iter();
-            shards.extend(known.map(|shard| (directory.to_owned(), shard)));
+            let path = store.blobs().store().to_owned();
+            let origin = ShardOrigin::Target;
+            let known = parts::read(&path).into_iter();
+            shards.extend(known.map(|state| KnownShard { path: path.clone(), state, origin }));
         }
         for source in &self.sources {
             let names = self.selection.studies.as_ref().filter(|_| !source.is_target);
             let found = source.shards().into_iter();
             let chosen =
                 found.filter(|state| names.is_none_or(|names| names.contains(&state.shard.study)));
-            shards.extend(chosen.map(|shard| (source.path.clone(), shard)));
+            let origin = match &source.export {
+                _ if source.is_target => ShardOrigin::Target,
+                Some(_) => ShardOrigin::Export,
+                None => ShardOrigin::Store,
+            };
+            let known = |state| KnownShard { path: source.path.clone(), state, origin };
+            shards.extend(chosen.map(known));
         }
-        let mut first: BTreeMap<&str, &(PathBuf, ShardState)> = BTreeMap::new();
+        // A study may be divided anew: what stores remember of another division is forgotten.
+        let mut valid: BTreeMap<String, (ShardOrigin, u32)> = BTreeMap::new();
         for found in &shards {
-            let known = *first.entry(&found.1.shard.study).or_insert(found);
-            if known.1.shard.count != found.1.shard.count {
-                return Err(MergeError::ShardCounts {
-                    first: known.0.clone(),
-                    first_shard: known.1.shard.clone(),
-                    second: found.0.clone(),
-                    second_shard: found.1.shard.clone(),
-                });
+            let ShardName { study, count, .. } = &found.state.shard;
+            let weight = (found.origin, *count);
+            let known = valid.entry(study.clone()).or_insert(weight);
+            *known = weight.max(*known);
+        }
+        let is_valid = |found: &KnownShard| {
+            let ShardName { study, count, .. } = &found.state.shard;
+            valid.get(study).is_some_and(|(_, valid)| valid == count)
+        };
+        let of_exports = || shards.iter().filter(|found| found.origin == ShardOrigin::Export);
+        if let Some(odd) = of_exports().find(|found| !is_valid(found)) {
+            let of_study =
+                || of_exports().filter(|found| found.state.shard.study == odd.state.shard.study);
+            let first = of_study().next().unwrap_or(odd);
+            let differs = |found: &&KnownShard| found.state.shard.count != first.state.shard.count;
+            let second = of_study().find(differs).unwrap_or(odd);
+            return Err(MergeError::ShardCounts {
+                first: first.path.clone(),
+                first_shard: first.state.shard.clone(),
+                second: second.path.clone(),
+                second_shard: second.state.shard.clone(),
+            });
+        }
+        let (kept, others): (Vec<_>, Vec<_>) = shards.into_iter().partition(is_valid);
+        let forgotten: BTreeSet<_> = others.into_iter().map(|found| found.state.shard).collect();
+        self.report.forgotten = forgotten.into_iter().collect();
+        let states = kept.into_iter().map(|found| found.state);
+        self.report.shards = parts::united(states, self.rules.progress);
+        Ok(())
+    }
+
+    /// Takes for unfinished the shards of sources that have a job of which the target lacks
+    /// something.
+    fn doubt_shards(&mut self, target: &MergeTarget) -> Result<(), MergeError> {
+        let losses = std::mem::take(&mut self.losses).into_iter();
+        let mut lost: Vec<JobKey> = losses
+            .filter(|(key, blobs)| !target.has(key, blobs, self.rules))
+            .map(|(key, _)| key)
+            .collect();
+        if lost.is_empty() {
+            return Ok(());
+        }
+        let mut doubtful: BTreeSet<ShardName> = BTreeSet::new();
+        // What an earlier file of the target has lost is a loss of its own if no other source has
+        // it; otherwise that one says more precisely whose it was.
+        let of_target = self.sources.iter().filter(|source| source.is_target);
+        let others = self.sources.iter().filter(|source| !source.is_target);
+        let mut explained: BTreeSet<JobKey> = BTreeSet::new();
+        for source in others.chain(of_target) {
+            if source.is_target {
+                lost.retain(|key| !explained.contains(key));
+            }
+            let found = source.having(&lost)?;
+            if !found.is_empty() {
+                doubtful.extend(source.shards().into_iter().map(|state| state.shard));
+                explained.extend(found);
             }
         }
-        let states = shards.into_iter().map(|(_, shard)| shard);
-        self.report.shards = parts::united(states, self.rules.progress);
+        for state in &mut self.report.shards {
+            if let Some(note) = state.note.as_mut().filter(|_| doubtful.contains(&state.shard)) {
+                *note = (self.rules.unfinished)(note);
+            }
+        }
         Ok(())
     }
 
@@ -492,14 +619,15 @@ impl<'m> Merge<'m> {
                 {
                     // Its file may have been lost meanwhile, and is taken from any source.
                     let blobs = found.references.into_iter();
-                    self.lost_blobs.extend(blobs.filter(|digest| !store.blobs().contains(digest)));
+                    let lost = blobs.filter(|digest| !store.blobs().contains(digest));
+                    self.lost_blobs.extend(lost.map(|digest| (digest, job.key)));
                     job.before = Some(found.rank);
                     job.meet(TARGET, Candidate::of(self.rules, found.rank, &record));
                 }
             }
         }
         let keys: Vec<JobKey> = shared.iter().map(|job| job.key).collect();
-        let Merge { sources, rules, selection, report, lost, .. } = self;
+        let Merge { sources, rules, selection, report, lost, losses, .. } = self;
         for ((source, number), lost) in sources.iter().zip(0..).zip(lost) {
             let is_shared = |key: &JobKey| {
                 is_selected(selection, source, key) && keys.binary_search(key).is_ok()
@@ -515,6 +643,7 @@ impl<'m> Merge<'m> {
                     }
                     Err(reason) => {
                         *lost += 1;
+                        losses.entry(*key).or_default();
                         report.faults.push(format!("{}: {reason}", source.path.display()));
                     }
                 }
@@ -526,13 +655,16 @@ impl<'m> Merge<'m> {
 
     /// Writes the records that the target must get, with the blobs that they refer to.
     fn copy(&mut self, shared: &[SharedJob], target: &mut MergeTarget) -> Result<(), MergeError> {
-        let Merge { sources, rules, selection, report, lost, lost_blobs } = self;
+        let Merge { sources, rules, selection, report, lost, lost_blobs, losses, .. } = self;
         // An export gathers its frames itself.
         let is_store = matches!(target, MergeTarget::Store(_));
-        for digest in &*lost_blobs {
-            // A blob that nobody has is lost as it was before.
-            if let Ok(is_new) = adopted(digest, None, sources, target)? {
-                report.blobs += usize::from(is_new);
+        for (digest, key) in &*lost_blobs {
+            match adopted(digest, None, sources, target)? {
+                Ok(is_new) => report.blobs += usize::from(is_new),
+                Err(error) => {
+                    report.incomplete.push(format!("job {key}: {error}"));
+                    losses.entry(*key).or_default().insert(*digest);
+                }
             }
         }
         let job = |key: &JobKey| {
@@ -557,6 +689,7 @@ impl<'m> Merge<'m> {
                     Ok(examined) => examined,
                     Err(reason) => {
                         *lost += 1;
+                        losses.entry(*key).or_default();
                         report.faults.push(format!("{}: {reason}", source.path.display()));
                         return Ok(());
                     }
@@ -564,7 +697,10 @@ impl<'m> Merge<'m> {
                 for digest in &found.references {
                     match adopted(digest, Some(source), sources, target)? {
                         Ok(is_new) => report.blobs += usize::from(is_new && !source.is_target),
-                        Err(error) => report.faults.push(format!("job {key}: {error}")),
+                        Err(error) => {
+                            report.incomplete.push(format!("job {key}: {error}"));
+                            losses.entry(*key).or_default().insert(*digest);
+                        }
                     }
                 }
                 match job(key).and_then(|job| Some((job.before?, job.best?.rank))) {
@@ -651,6 +787,22 @@ impl Store {
         let merge = Merge::new(sources, rules, &selection, self.blobs().store(), None);
         merge.run(&mut MergeTarget::Store(self))
     }
+
+    /// Adds what stores and exports hold like [`import`](Store::import), without regard to whose
+    /// shards they are: no number of shards is refused, and the store does not remember them.
+    ///
+    /// # Errors
+    /// Those of [`import`](Store::import), but for [`MergeError::ShardCounts`].
+    pub fn import_results(
+        &self,
+        sources: &[&StoreReader],
+        rules: &MergeRules,
+    ) -> Result<MergeReport, MergeError> {
+        let selection = MergeSelection::default();
+        let merge = Merge::new(sources, rules, &selection, self.blobs().store(), None);
+        let merge = Merge { shards: ShardUse::Ignore, ..merge };
+        merge.run(&mut MergeTarget::Store(self))
+    }
 }
 
 /// Checks that stores and exports belong together before there is a store to merge them into.
@@ -670,7 +822,7 @@ pub fn require_mergeable(sources: &[&StoreReader], rules: &MergeRules) -> Result
 ///
 /// # Errors
 /// Those of [`Store::import`], and [`ExportError`] if the file at `target` is the export of a shard
-/// or no export at all.
+/// or no export at all, or if another process writes it meanwhile.
 pub fn merge_into_export(
     target: &Path,
     program: &str,
@@ -678,7 +830,11 @@ pub fn merge_into_export(
     rules: &MergeRules,
     selection: &MergeSelection,
 ) -> Result<MergeReport, MergeError> {
-    require_name(target)?;
+    // A merge that goes on at the same time and ends first removes this file, and so this one ends
+    // without having taken the place of what it has not read.
+    let header = ExportHeader { program: program.to_owned(), shard: None };
+    let mut writer = ExportWriter::beside(target, &header)?;
+    let before = FileIdentity::of_path(target);
     let earlier = durable::is_present(target).then(|| Store::read_by(target, rules)).transpose()?;
     if let Some(shard) =
         earlier.iter().flat_map(StoreReader::exports).find_map(|export| export.header.shard)
@@ -690,11 +846,16 @@ pub fn merge_into_export(
         }
         .into());
     }
-    let header = ExportHeader { program: program.to_owned(), shard: None };
-    let mut writer = ExportWriter::beside(target, &header)?;
     let merge = Merge::new(sources, rules, selection, target, earlier.as_ref());
     let report = merge.run(&mut MergeTarget::Export(&mut writer))?;
     writer.write_end()?;
-    writer.settle()?;
+    let changed = || ExportError::Changed { path: target.to_owned() };
+    if FileIdentity::of_path(target) != before {
+        return Err(changed().into());
+    }
+    writer.settle().map_err(|error| match error {
+        ExportError::TakenOver { .. } => changed(),
+        error => error,
+    })?;
     Ok(report)
 }

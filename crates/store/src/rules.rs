@@ -16,6 +16,8 @@ pub struct MergeRules {
     pub definition: fn(&[u8]) -> Digest,
     /// Returns how far a shard is by its note; a larger number is further.
     pub progress: fn(&[u8]) -> u64,
+    /// Returns what is left of the note of a shard if the shard is not finished, whatever it says.
+    pub unfinished: fn(&[u8]) -> Vec<u8>,
 }
 
 /// The findings about a record.

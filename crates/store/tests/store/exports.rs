@@ -102,7 +102,6 @@ fn an_export_is_continued() {
     let blobs = blobs(directory.path());
     let path = directory.path().join("three.tribosweep");
     small(&path, &blobs);
-    let before = fs::read(&path).unwrap();
     let mut earlier = ExportWriter::open(&path, &shard(3, 16)).unwrap();
     earlier.flush().unwrap();
     assert!(earlier.contains(&key(1)) && earlier.contains(&key(2)) && !earlier.contains(&key(3)));
@@ -124,9 +123,11 @@ fn an_export_is_continued() {
     assert!(matches!(earlier.flush(), Err(ExportError::TakenOver { .. })));
     let reader = Store::read(&path).unwrap();
     assert_eq!(reader.keys().unwrap().len(), 3);
-    assert_eq!(reader.exports()[0].note.as_deref(), Some(&b"all"[..]));
+    assert_eq!(reader.exports()[0].note, None, "whoever goes on says anew how far it is");
     assert!(!reader.exports()[0].is_closed);
-    assert!(fs::metadata(&path).unwrap().len() > before.len() as u64);
+    writer.note(b"all");
+    writer.flush().unwrap();
+    assert_eq!(Store::read(&path).unwrap().exports()[0].note.as_deref(), Some(&b"all"[..]));
 
     for (header, found) in [
         (shard(4, 16), "shard 3/16 of the study `sweep`, and shard 4/16"),
@@ -150,6 +151,68 @@ fn an_export_is_continued() {
     // Nothing half-written is left.
     let names = fs::read_dir(directory.path()).unwrap().map(|entry| entry.unwrap().file_name());
     assert!(names.into_iter().all(|name| !name.to_string_lossy().starts_with('.')));
+}
+
+#[test]
+fn a_shard_is_finished_if_its_file_is_whole() {
+    let directory = tempfile::tempdir().unwrap();
+    let blobs = blobs(directory.path());
+    let path = directory.path().join("one.tribosweep");
+    let mut writer = ExportWriter::open(&path, &shard(1, 2)).unwrap();
+    for i in 0..3 {
+        writer.append(&key(i), &ranked(RecordRank::Finished, i, 1), &blobs, []).unwrap();
+        writer.note(format!("{i} done").as_bytes());
+        writer.flush().unwrap();
+    }
+    writer.note(b"all done!");
+    writer.flush().unwrap();
+    let note = || {
+        let reader = Store::read_by(&path, &RULES).unwrap();
+        let [state] = &reader.shards()[..] else { panic!() };
+        String::from_utf8(state.note.clone().unwrap()).unwrap()
+    };
+    assert_eq!(note(), "all done", "the writer has not closed it");
+    writer.close().unwrap();
+    assert_eq!(note(), "all done!");
+    let bytes = fs::read(&path).unwrap();
+    for offset in [200, bytes.len() - 60] {
+        let mut flipped = bytes.clone();
+        flipped[offset] ^= 1;
+        fs::write(&path, &flipped).unwrap();
+        let reader = Store::read_by(&path, &RULES).unwrap();
+        assert_eq!(reader.exports()[0].damage.len(), 1, "{offset}");
+        assert_eq!(note(), "all done", "{offset}");
+    }
+    fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
+    assert_eq!(note(), "all done", "its end was cut off");
+    fs::write(&path, [&bytes[..], b"more"].concat()).unwrap();
+    assert_eq!(note(), "all done", "something stands after its end");
+    fs::write(&path, &bytes).unwrap();
+    drop(ExportWriter::open(&path, &shard(1, 2)).unwrap());
+    let reader = Store::read_by(&path, &RULES).unwrap();
+    assert_eq!((reader.exports()[0].note.as_ref(), reader.keys().unwrap().len()), (None, 3));
+}
+
+#[test]
+fn a_writer_knows_the_very_bytes_of_its_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let blobs = blobs(directory.path());
+    let path = directory.path().join("three.tribosweep");
+    small(&path, &blobs);
+    let (first, last) = (ranked(RecordRank::Unfinished, 2, 1), ranked(RecordRank::Finished, 2, 1));
+    let mut writer = ExportWriter::open(&path, &shard(3, 16)).unwrap();
+    assert!(writer.holds(&key(2), &last) && !writer.holds(&key(2), &first));
+    assert!(writer.holds(&key(1), &ranked(RecordRank::Finished, 1, 200)));
+    assert!(!writer.holds(&key(3), &last));
+    let (there, absent) = (Digest::of(&field(200)), Digest::of(&field(201)));
+    assert!(writer.has_blob(&there) && !writer.has_blob(&absent));
+    writer.append(&key(2), &first, &blobs, [absent]).unwrap();
+    assert!(writer.holds(&key(2), &first) && !writer.holds(&key(2), &last));
+    assert!(writer.has_blob(&absent));
+    writer.flush().unwrap();
+    let writer = ExportWriter::open(&path, &shard(3, 16)).unwrap();
+    assert!(writer.holds(&key(2), &first) && writer.has_blob(&absent));
+    assert_eq!((writer.len(), writer.damage().len()), (2, 0));
 }
 
 #[test]

@@ -58,6 +58,7 @@ const RULES: MergeRules = MergeRules {
     fingerprint: |bytes| Digest::of(&bytes[1..9]),
     definition: |bytes| Digest::of(bytes.split(|byte| *byte == b'|').next_back().unwrap_or(&[])),
     progress: |note| note.len() as u64,
+    unfinished: |note| note.split(|byte| *byte == b'!').next().unwrap_or(&[]).to_vec(),
 };
 
 /// Returns the content of the blob of a machine.

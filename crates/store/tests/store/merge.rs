@@ -8,8 +8,8 @@ use std::time::Duration;
 use identity::JobKey;
 use proptest::prelude::*;
 use store::{
-    ExportError, ExportHeader, ExportWriter, MergeError, MergeReport, MergeSelection, RecordRank,
-    ShardName, Store, StoreReader, merge_into_export,
+    Digest, ExportError, ExportHeader, ExportWriter, MergeError, MergeReport, MergeRules,
+    MergeSelection, RecordRank, ShardName, Store, StoreReader, merge_into_export,
 };
 
 use super::child::{Player, command};
@@ -209,9 +209,6 @@ fn what_does_not_belong_together_is_refused_before_anything_is_written() {
         "{words}"
     );
     assert!(whole(&target).records.is_empty() && whole(&target).studies.is_empty());
-    // The store remembers of how many shards a study was.
-    merge(&[path("a.tribosweep")], &target).unwrap();
-    assert!(merge(&[path("b.tribosweep")], &target).is_err());
 
     let other = Store::open(&path("other")).unwrap();
     other.put_study("sweep", b"x|mu = 2").unwrap();
@@ -230,6 +227,65 @@ fn what_does_not_belong_together_is_refused_before_anything_is_written() {
     fs::write(path("letter.tribosweep"), "dear reader, this is no export").unwrap();
     assert!(merge(&[path("other")], &path("letter.tribosweep")).is_err());
     assert!(fs::read(path("letter.tribosweep")).unwrap().starts_with(b"dear"));
+}
+
+#[test]
+fn a_study_may_be_divided_anew() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    for (name, index, count) in [("a", 1, 2), ("b", 3, 16), ("c", 2, 2)] {
+        let job = u64::from(index + count);
+        let content = Content::from([(job, ranked(RecordRank::Finished, job, 1))]);
+        write(&path(&format!("{name}.tribosweep")), shard(index, count), "a", &content);
+    }
+    let [a, b, c] = ["a.tribosweep", "b.tribosweep", "c.tribosweep"].map(path);
+    for target in [path("store"), path("merged.tribosweep")] {
+        merge(std::slice::from_ref(&a), &target).unwrap();
+        // The target remembers of how many shards the study was, and new ones count.
+        let report = merge(std::slice::from_ref(&b), &target).unwrap();
+        assert_eq!((report.added, report.shards.len()), (1, 1));
+        assert_eq!(report.forgotten, [shard(1, 2).unwrap()]);
+        let known = || Store::read(&target).unwrap().shards();
+        assert_eq!(
+            known().iter().map(|state| &state.shard).collect::<Vec<_>>(),
+            [&shard(3, 16).unwrap()]
+        );
+        assert_eq!(whole(&target).records.len(), 2, "the results stay");
+        // Sources that contradict each other are refused all the same.
+        let refused = merge(&[a.clone(), b.clone(), c.clone()], &target).unwrap_err();
+        assert!(matches!(&refused, MergeError::ShardCounts { .. }), "{refused}");
+        // What a merged export names counts as much as what another one does, and what a store
+        // remembers counts less.
+        let both = merge(&[target.clone(), c.clone()], &path("other"));
+        match target.is_dir() {
+            true => assert_eq!(both.unwrap().forgotten, [shard(3, 16).unwrap()]),
+            false => assert!(matches!(both, Err(MergeError::ShardCounts { .. }))),
+        }
+    }
+}
+
+#[test]
+fn a_run_takes_results_of_any_shard() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let store = Store::open(&path("store")).unwrap();
+    let mut sources = Vec::new();
+    for (name, index, count) in [("a", 1, 2), ("b", 3, 16)] {
+        let job = u64::from(index + count);
+        let content = Content::from([(job, ranked(RecordRank::Finished, job, 1))]);
+        sources.push(path(&format!("{name}.tribosweep")));
+        write(&sources[sources.len() - 1], shard(index, count), name, &content);
+    }
+    let readers = readers(&sources);
+    for reader in &readers {
+        let report = store.import_results(&[reader], &RULES).unwrap();
+        assert_eq!((report.added, report.shards.len()), (1, 0));
+    }
+    let both: Vec<&StoreReader> = readers.iter().collect();
+    assert_eq!(store.import_results(&both, &RULES).unwrap().already_there, 2);
+    drop(store);
+    assert!(!path("store/shards.json").exists());
+    assert_eq!((whole(&path("store")).records.len(), whole(&path("store")).studies.len()), (2, 1));
 }
 
 #[test]
@@ -257,6 +313,7 @@ fn what_is_damaged_is_left_out_and_said_and_another_source_heals_it() {
         lost.insert(expected.records.len() - reader.keys().unwrap().len());
         drop(reader);
         let has_said = !report.faults.is_empty()
+            || !report.incomplete.is_empty()
             || !readers(&[path("a.tribosweep")])[0].exports()[0].damage.is_empty();
         assert!(has_said, "{offset}: {report:?}");
         let report = merge(&[path("a.tribosweep"), path("b.tribosweep")], &target).unwrap();
@@ -265,6 +322,112 @@ fn what_is_damaged_is_left_out_and_said_and_another_source_heals_it() {
         fs::remove_dir_all(&target).unwrap();
     }
     assert!(lost.contains(&0) && lost.contains(&4), "{lost:?}");
+}
+
+/// The note of a shard that is finished ends with an exclamation mark.
+#[test]
+fn a_shard_of_which_something_was_lost_is_not_finished() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let finished = |result, machine| ranked(RecordRank::Finished, result, machine);
+    let first = Content::from([(1, finished(1, 1)), (3, finished(3, 200))]);
+    let second = Content::from([(2, finished(2, 1))]);
+    let [a, b, good] = ["a.tribosweep", "b.tribosweep", "good.tribosweep"].map(path);
+    write(&a, shard(1, 2), "finished!", &first);
+    write(&b, shard(2, 2), "finished!", &second);
+    fs::copy(&a, &good).unwrap();
+    let bytes = fs::read(&a).unwrap();
+    let find =
+        |needle: &[u8]| bytes.windows(needle.len()).rposition(|window| window == needle).unwrap();
+    let is_finished = |report: &MergeReport, index: usize| {
+        report.shards[index].note.as_ref().is_some_and(|note| note.ends_with(b"!"))
+    };
+    for target in [path("store"), path("merged.tribosweep")] {
+        // The record of a job, then the blob of another.
+        for offset in [find(&key(3).0) + 60, find(&Digest::of(&field(200)).0) + 60] {
+            let mut flipped = bytes.clone();
+            flipped[offset] ^= 1;
+            fs::write(&a, &flipped).unwrap();
+            for round in 0..2 {
+                let report = merge(&[a.clone(), b.clone()], &target).unwrap();
+                let said = report.faults.len() + report.incomplete.len();
+                assert!(said > 0, "{offset} in round {round}: {report:?}");
+                assert_eq!([0, 1].map(|i| is_finished(&report, i)), [false, true], "{report:?}");
+                let known = Store::read_by(&target, &RULES).unwrap().shards();
+                assert_eq!(known, report.shards);
+            }
+            // What is there in the end was not lost, wherever it came from.
+            let report = merge(&[a.clone(), good.clone()], &target).unwrap();
+            assert_eq!([0, 1].map(|i| is_finished(&report, i)), [true, true], "{report:?}");
+            let report = merge(&[a.clone()], &target).unwrap();
+            assert_eq!([0, 1].map(|i| is_finished(&report, i)), [true, true], "{report:?}");
+            match target.is_dir() {
+                true => fs::remove_dir_all(&target).unwrap(),
+                false => fs::remove_file(&target).unwrap(),
+            }
+        }
+        // Neither of two results that differ is taken.
+        fs::remove_file(&a).unwrap();
+        write(&a, shard(1, 2), "finished!", &Content::from([(2, finished(9, 1))]));
+        let report = merge(&[a.clone(), b.clone()], &target).unwrap();
+        assert_eq!((report.conflicts.len(), report.added), (1, 0));
+        assert_eq!([0, 1].map(|i| is_finished(&report, i)), [false, false], "{report:?}");
+    }
+}
+
+std::thread_local! {
+    /// What another process merges while this one does: a source and the target.
+    static MEANWHILE: std::cell::Cell<Option<[PathBuf; 2]>> = const { std::cell::Cell::new(None) };
+}
+
+fn merge_meanwhile() {
+    if let Some([source, target]) = MEANWHILE.take() {
+        merge(&[source], &target).unwrap();
+    }
+}
+
+#[test]
+fn of_two_merges_into_one_export_at_once_none_is_lost() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let target = path("merged.tribosweep");
+    for (name, i) in [("a", 1), ("b", 2), ("c", 3)] {
+        let content = Content::from([(i, ranked(RecordRank::Finished, i, 1))]);
+        write(&path(&format!("{name}.tribosweep")), shard(i as u32, 3), name, &content);
+    }
+    let [a, b, c] = ["a.tribosweep", "b.tribosweep", "c.tribosweep"].map(path);
+    // The target is asked for its shards when it is read, and a record when it is merged.
+    let while_reading = MergeRules {
+        unfinished: |note| {
+            merge_meanwhile();
+            note.to_vec()
+        },
+        ..RULES
+    };
+    let while_merging = MergeRules {
+        examine: |key, bytes| {
+            merge_meanwhile();
+            (RULES.examine)(key, bytes)
+        },
+        ..RULES
+    };
+    for rules in [while_reading, while_merging] {
+        merge(&[a.clone()], &target).unwrap();
+        // What is damaged there makes its shards doubtful.
+        let mut bytes = fs::read(&target).unwrap();
+        bytes.extend(b"more");
+        fs::write(&target, bytes).unwrap();
+        let source = Store::read_by(&c, &RULES).unwrap();
+        MEANWHILE.set(Some([b.clone(), target.clone()]));
+        let all = MergeSelection::default();
+        let refused = merge_into_export(&target, "0.1.0", &[&source], &rules, &all).unwrap_err();
+        assert!(matches!(MEANWHILE.take(), None), "the other merge took place");
+        assert!(refused.to_string().ends_with("nothing was merged into it; merge again"));
+        assert_eq!(whole(&target).records.len(), 2);
+        assert_eq!(merge(&[c.clone()], &target).unwrap().added, 1);
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 4, "nothing is left over");
+        fs::remove_file(&target).unwrap();
+    }
 }
 
 #[test]
