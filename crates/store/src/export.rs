@@ -224,8 +224,7 @@ impl ExportWriter {
         let directory = directory_of(path);
         let failed = |source| ExportError::io("write", path, source);
         if !directory.exists() {
-            fs::create_dir_all(directory)
-                .and_then(|()| access::hand_over(directory))
+            access::create_directories(directory)
                 .map_err(|source| ExportError::io("create the directory", directory, source))?;
         }
         let file = tempfile::Builder::new()
