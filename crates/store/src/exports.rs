@@ -533,7 +533,7 @@ pub(crate) struct ExportSet {
 }
 
 /// Returns the exports in a directory, or the file itself; `None` if there is none.
-fn exports_at(path: &Path) -> Result<Option<Vec<PathBuf>>, OpenError> {
+pub(crate) fn exports_at(path: &Path) -> Result<Option<Vec<PathBuf>>, OpenError> {
     if path.is_file() {
         return Ok(is_export(path).then(|| vec![path.to_owned()]));
     }
@@ -779,33 +779,41 @@ impl ExportSet {
         &self,
         definition: impl Fn(&Digest) -> Option<Vec<u8>>,
     ) -> Result<BTreeMap<String, Digest>, ReadError> {
-        // A definition that cannot be read differs from none.
-        let is_same = |one: &Digest, other: &Digest| {
-            let Some(rules) = &self.rules else { return false };
-            let said = |digest| definition(digest).map(|bytes| (rules.definition)(&bytes));
-            said(one).zip(said(other)).is_none_or(|(one, other)| one == other)
-        };
-        let mut studies: BTreeMap<String, (Digest, &ExportFile)> = BTreeMap::new();
+        let mut found: BTreeMap<&str, Vec<(Digest, &ExportFile)>> = BTreeMap::new();
         for file in &self.files {
             for (name, digest) in &file.studies {
-                let Some((found, first)) = studies.get_mut(name) else {
-                    studies.insert(name.clone(), (*digest, file));
-                    continue;
-                };
-                if found == digest {
-                    continue;
+                let known = found.entry(name).or_default();
+                if known.iter().all(|(known, _)| known != digest) {
+                    known.push((*digest, file));
                 }
-                if !is_same(found, digest) {
-                    return Err(ReadError::StudiesDiffer {
-                        name: name.clone(),
-                        first: first.path().to_owned(),
-                        second: file.path().to_owned(),
-                    });
-                }
-                *found = (*found).min(*digest);
             }
         }
-        Ok(studies.into_iter().map(|(name, (digest, _))| (name, digest)).collect())
+        let mut studies = BTreeMap::new();
+        for (name, mut digests) in found {
+            if digests.len() > 1 {
+                // One that cannot be read says nothing, and is not chosen if another can be.
+                let said: Vec<_> = digests.iter().map(|(digest, _)| definition(digest)).collect();
+                if said.iter().any(Option::is_some) {
+                    let mut said = said.iter();
+                    digests.retain(|_| said.next().is_some_and(Option::is_some));
+                }
+                let mut said = said.iter().flatten().map(|bytes| match &self.rules {
+                    Some(rules) => (rules.definition)(bytes),
+                    None => Digest::of(bytes),
+                });
+                let first = said.next();
+                if let Some(place) = said.position(|other| Some(other) != first) {
+                    return Err(ReadError::StudiesDiffer {
+                        name: name.to_owned(),
+                        first: digests[0].1.path().to_owned(),
+                        second: digests[place + 1].1.path().to_owned(),
+                    });
+                }
+            }
+            let chosen = digests.into_iter().map(|(digest, _)| digest).min();
+            studies.extend(chosen.map(|digest| (name.to_owned(), digest)));
+        }
+        Ok(studies)
     }
 
     /// Returns the file that has a blob, and the place of the blob.

@@ -329,6 +329,48 @@ fn an_export_of_another_format_is_refused_in_words() {
 }
 
 #[test]
+fn exports_in_the_directory_of_a_store_are_mentioned() {
+    let directory = tempfile::tempdir().unwrap();
+    let place = directory.path().join("store");
+    let store = Store::open(&place).unwrap();
+    small(&place.join("three.tribosweep"), &blobs(directory.path()));
+    let words = "; 1 export in the same directory is not read: name one of them, or bring them";
+    let served = Store::read(&place).unwrap().origin().to_string();
+    assert!(served.starts_with("served by ") && served.contains(words), "{served}");
+    drop(store);
+    let reader = Store::read(&place).unwrap();
+    assert!(reader.keys().unwrap().is_empty());
+    let said = reader.origin().to_string();
+    assert!(said.starts_with("read from disk; 1 export") && said.contains(words), "{said}");
+}
+
+#[test]
+fn a_definition_that_can_be_read_is_chosen() {
+    let directory = tempfile::tempdir().unwrap();
+    let definitions = ["a|mu", "b|mu"];
+    let smaller = usize::from(Digest::of(b"a|mu") > Digest::of(b"b|mu"));
+    for order in [[0, 1], [1, 0]] {
+        let place = directory.path().join(format!("exports {order:?}"));
+        let path = |i: usize| place.join(format!("{i}.tribosweep"));
+        for (index, i) in (1..).zip(order) {
+            let mut writer = ExportWriter::open(&path(index), &shard(index as u32, 2)).unwrap();
+            writer.put_study("sweep", definitions[i].as_bytes()).unwrap();
+            writer.close().unwrap();
+        }
+        // The one that would be chosen is damaged.
+        let index = 1 + order.iter().position(|i| *i == smaller).unwrap();
+        let mut bytes = fs::read(path(index)).unwrap();
+        let name = bytes.windows(5).rposition(|window| window == b"sweep").unwrap();
+        bytes[name + 8] ^= 1;
+        fs::write(path(index), bytes).unwrap();
+        let reader = Store::read_by(&place, &RULES).unwrap();
+        assert_eq!(reader.verify(references).unwrap().corrupt_blobs.len(), 1);
+        let chosen = reader.study("sweep").unwrap().unwrap();
+        assert_eq!(chosen, definitions[1 - smaller].as_bytes());
+    }
+}
+
+#[test]
 fn a_file_that_cannot_be_read_hides_no_other() {
     let directory = tempfile::tempdir().unwrap();
     let place = directory.path().join("exports");
