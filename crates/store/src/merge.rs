@@ -2,10 +2,10 @@
 //!
 //! The order of the sources does not matter, and neither does it how often they are merged, as long
 //! as no two of them have different results of one job. Of such results none is taken if they are
-//! merged at once; in several steps the one that came first stays, and every merge reports it. First
-//! the keys of all sources are compared, which takes some 90 bytes for each record. Then the jobs
-//! that have several records are decided without keeping any record, and at last every source is
-//! read once more, from its beginning to its end, and what it has to give is written.
+//! merged at once; in several steps the one that came first stays, and every merge reports it.
+//! First the keys of all sources are compared, which takes some 90 bytes for each record. Then the
+//! jobs that have several records are decided without keeping any record, and at last every source
+//! is read once more, from its beginning to its end, and what it has to give is written.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
