@@ -849,7 +849,11 @@ pub fn merge_into_export(
         .into());
     }
     let merge = Merge::new(sources, rules, selection, target, earlier.as_ref());
-    let report = merge.run(&mut MergeTarget::Export(&mut writer))?;
+    let mut report = merge.run(&mut MergeTarget::Export(&mut writer))?;
+    for export in earlier.iter().flat_map(StoreReader::exports) {
+        let words = export.damage.iter().map(|reason| format!("{}: {reason}", target.display()));
+        report.faults.extend(words);
+    }
     writer.write_end()?;
     let changed = || ExportError::Changed { path: target.to_owned() };
     if FileIdentity::of_path(target) != before {

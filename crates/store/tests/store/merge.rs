@@ -424,7 +424,11 @@ fn of_two_merges_into_one_export_at_once_none_is_lost() {
         assert!(MEANWHILE.take().is_none(), "the other merge took place");
         assert!(refused.to_string().ends_with("nothing was merged into it; merge again"));
         assert_eq!(whole(&target).records.len(), 2);
-        assert_eq!(merge(std::slice::from_ref(&c), &target).unwrap().added, 1);
+        fs::write(&target, [&fs::read(&target).unwrap()[..], b"more"].concat()).unwrap();
+        let report = merge(std::slice::from_ref(&c), &target).unwrap();
+        assert_eq!(report.added, 1);
+        let [fault] = &report.faults[..] else { panic!("{report:?}") };
+        assert!(fault.contains("merged.tribosweep: the last 4 bytes are no frame"), "{fault}");
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 4, "nothing is left over");
         fs::remove_file(&target).unwrap();
     }
