@@ -38,7 +38,7 @@ pub(crate) const RULES: MergeRules = MergeRules {
     },
     progress: |bytes| match ShardNote::of(bytes) {
         Some(note) if note.finished => u64::MAX,
-        Some(note) => note.done.saturating_add(note.failed),
+        Some(note) => note.done + note.failed,
         None => 0,
     },
     unfinished: |bytes| match ShardNote::of(bytes) {
@@ -54,6 +54,10 @@ pub(crate) fn references(record: &Record) -> Vec<Digest> {
         Some(KeptFields::Inside(_)) | None => Vec::new(),
     }
 }
+
+/// The largest number of jobs of a shard that is believed. The sum over all shards that may be is
+/// a number, too.
+const MOST_JOBS: u64 = 1 << 40;
 
 /// The note that a shard leaves in its export.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -78,7 +82,15 @@ pub(crate) struct ShardNote {
 impl ShardNote {
     /// Reads a note; `None` if it is none that this program knows.
     pub(crate) fn of(bytes: &[u8]) -> Option<Self> {
-        serde_json::from_slice(bytes).ok()
+        let note: Self = serde_json::from_slice(bytes).ok()?;
+        let possible = |number: u64| number.min(MOST_JOBS);
+        Some(Self {
+            jobs: possible(note.jobs),
+            done: possible(note.done),
+            failed: possible(note.failed),
+            left: possible(note.left),
+            ..note
+        })
     }
 
     /// Returns the bytes of the note.
@@ -101,6 +113,12 @@ mod tests {
         assert_eq!(progress(br#"{"done": 3, "failed": 1}"#), 4);
         assert!(progress(br#"{"finished": true}"#) > progress(br#"{"done": 300}"#));
         assert_eq!(progress(b"done"), 0);
+        // No figure of a note overflows a sum, and none is further than the end.
+        let huge = format!(r#"{{"done": {0}, "failed": {0}, "left": {0}}}"#, u64::MAX);
+        assert!(progress(huge.as_bytes()) < progress(br#"{"finished": true}"#));
+        let note = ShardNote::of(huge.as_bytes()).unwrap();
+        let shard = note.jobs + note.done + note.failed + note.left;
+        assert!(shard.checked_mul(store::SHARD_LIMIT.into()).is_some());
         let reopened = (RULES.unfinished)(br#"{"done": 3, "finished": true}"#);
         assert_eq!(ShardNote::of(&reopened), Some(ShardNote { done: 3, ..ShardNote::default() }));
         assert_eq!((RULES.unfinished)(b"done"), b"done");

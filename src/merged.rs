@@ -90,7 +90,11 @@ fn sharded(shards: &[ShardState], places: &ShardPlaces) -> Vec<ShardedStudy> {
             let progress = match note {
                 Some(note) if note.finished => return None,
                 Some(ShardNote { jobs, done, failed, left, .. }) => {
-                    format!("{done} of {jobs} jobs solved, {failed} failed and {left} left")
+                    let lost = match left {
+                        0 => ", but its end or some of its results are not here",
+                        _ => "",
+                    };
+                    format!("{done} of {jobs} jobs solved, {failed} failed and {left} left{lost}")
                 }
                 None => "it has not said how far it is".to_owned(),
             };
@@ -243,9 +247,8 @@ fn print(
             export.damage.into_iter().map(move |reason| format!("{path}: {reason}"))
         })
         .collect();
-    let left_out: Vec<&String> = damage.iter().chain(&report.faults).collect();
     let incomplete = &report.incomplete;
-    let faults: Vec<&String> = left_out.iter().copied().chain(incomplete).collect();
+    let faults: Vec<&String> = damage.iter().chain(&report.faults).chain(incomplete).collect();
     if json {
         let conflicts = report.conflicts.iter().map(|conflict| {
             serde_json::json!({
@@ -293,6 +296,8 @@ fn print(
                 conflict.second.display()
             );
         }
+        damage.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
+        let left_out = &report.faults;
         left_out.iter().for_each(|fault| text += &format!("left out: {fault}\n"));
         incomplete
             .iter()

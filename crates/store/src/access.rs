@@ -128,18 +128,34 @@ pub(crate) fn open_directory(path: &Path) -> io::Result<File> {
 }
 
 /// Gives what root has made at `path`, a file or a directory, to whom the directory around it
-/// belongs. A link is left as it is, and what is gone is no error.
+/// belongs. What somebody else's is stays so, and so does a file that has another name elsewhere. A
+/// link is left as it is, and what is gone is no error.
 pub(crate) fn hand_over(path: &Path) -> io::Result<()> {
     if !geteuid().is_root() {
         return Ok(());
     }
     let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
     match File::options().read(true).custom_flags(flags.bits().cast_signed()).open(path) {
-        Ok(file) => inherit_owner(&file, path),
+        Ok(file) => {
+            let found = file.metadata()?;
+            let is_ours = found.uid() == 0 && (found.is_dir() || found.nlink() == 1);
+            if is_ours { inherit_owner(&file, path) } else { Ok(()) }
+        }
         Err(error) if Errno::from_io_error(&error) == Some(Errno::LOOP) => Ok(()),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
         Err(error) => Err(error),
     }
+}
+
+/// Creates a directory with all that are missing above it, and gives what root has made of them to
+/// whom the directory around belongs.
+pub(crate) fn create_directories(path: &Path) -> io::Result<()> {
+    let missing: Vec<&Path> = path
+        .ancestors()
+        .take_while(|above| !above.as_os_str().is_empty() && !above.exists())
+        .collect();
+    fs::create_dir_all(path)?;
+    missing.into_iter().rev().try_for_each(hand_over)
 }
 
 /// Refuses what is not a regular file.
@@ -279,6 +295,40 @@ mod tests {
             assert!(error.contains(reason), "{error}");
         }
         assert_eq!(fs::read(path("letter")).unwrap(), b"dear");
+    }
+
+    /// A user and a group that are nobody's on this machine.
+    const STRANGER: u32 = 54_321;
+
+    #[test]
+    fn what_root_makes_is_the_owners_and_nothing_else_is_given_away() {
+        if !geteuid().is_root() {
+            eprintln!("skipped: only root may give files away");
+            return;
+        }
+        let directory = tempfile::tempdir().unwrap();
+        let path = |name: &str| directory.path().join(name);
+        let owner = |name: &str| fs::metadata(path(name)).unwrap().uid();
+        let give = |name: &str, user| {
+            std::os::unix::fs::chown(path(name), Some(user), Some(user)).unwrap();
+        };
+        fs::create_dir(path("home")).unwrap();
+        give("home", STRANGER);
+        create_directories(&path("home/a/b/c")).unwrap();
+        for name in ["home/a", "home/a/b", "home/a/b/c"] {
+            assert_eq!(owner(name), STRANGER, "{name}");
+        }
+        // A file of root that its user has linked into the directory stays root's.
+        fs::write(path("secret"), "words").unwrap();
+        fs::hard_link(path("secret"), path("home/link")).unwrap();
+        fs::write(path("home/third"), "words").unwrap();
+        give("home/third", STRANGER + 1);
+        fs::write(path("home/new"), "words").unwrap();
+        for name in ["home/link", "home/third", "home/new"] {
+            hand_over(&path(name)).unwrap();
+        }
+        assert_eq!((owner("secret"), owner("home/third")), (0, STRANGER + 1));
+        assert_eq!(owner("home/new"), STRANGER);
     }
 
     #[test]

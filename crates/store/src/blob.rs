@@ -636,6 +636,25 @@ mod tests {
     }
 
     #[test]
+    fn a_source_that_changes_while_it_is_copied_is_the_one_to_blame() {
+        let (_directory, source) = blobs();
+        let digest = source.put(&[7; 50_000]).unwrap();
+        let size = source.compressed_size(&digest).unwrap().unwrap();
+        let mut copy = Vec::new();
+        source.copy_compressed(&digest, &size, &mut copy).unwrap().unwrap();
+        assert_eq!(copy, fs::read(source.path(&digest)).unwrap());
+        fs::write(source.path(&digest), &copy[..copy.len() - 1]).unwrap();
+        let fault = source.copy_compressed(&digest, &size, &mut Vec::new()).unwrap().unwrap_err();
+        assert!(fault.to_string().contains("changed while it was copied"), "{fault}");
+        fs::remove_file(source.path(&digest)).unwrap();
+        let fault = source.copy_compressed(&digest, &size, &mut Vec::new()).unwrap().unwrap_err();
+        assert!(fault.to_string().contains("it is missing"), "{fault}");
+        fs::create_dir(source.path(&digest)).unwrap();
+        let fault = source.copy_compressed(&digest, &size, &mut Vec::new()).unwrap().unwrap_err();
+        assert!(matches!(&fault, ReadError::Io { .. }), "{fault}");
+    }
+
+    #[test]
     fn a_blob_that_could_not_be_read_is_not_written() {
         let (_directory, blobs) = blobs();
         // The pages are never touched.

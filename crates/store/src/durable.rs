@@ -65,6 +65,11 @@ pub(crate) fn is_real_directory(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|found| found.is_dir())
 }
 
+/// Returns true if `path` itself is a regular file and no link to one.
+pub(crate) fn is_file(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_file())
+}
+
 /// Returns true if there is anything at `path`, be it a link that leads nowhere.
 pub(crate) fn is_present(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()

@@ -204,8 +204,9 @@ impl ExportWriter {
     ///
     /// # Errors
     /// [`ExportError::Name`] if the name does not end as it must, [`ExportError::OtherShard`] if
-    /// the file is that of another shard, [`ExportError::Open`] if it is no export, and others if
-    /// the system refuses.
+    /// the file is that of another shard, [`ExportError::Open`] if it is one of another format or
+    /// no file, and others if the system refuses. A file that is no export is put aside, as
+    /// [`damage`](ExportWriter::damage) says.
     pub fn open(path: &Path, header: &ExportHeader) -> Result<ExportWriter, ExportError> {
         let mut writer = Self::beside(path, header)?;
         if durable::is_present(path) {
@@ -223,8 +224,7 @@ impl ExportWriter {
         let directory = directory_of(path);
         let failed = |source| ExportError::io("write", path, source);
         if !directory.exists() {
-            fs::create_dir_all(directory)
-                .and_then(|()| access::hand_over(directory))
+            access::create_directories(directory)
                 .map_err(|source| ExportError::io("create the directory", directory, source))?;
         }
         let file = tempfile::Builder::new()
@@ -259,7 +259,20 @@ impl ExportWriter {
     /// Copies what is sound of an earlier export.
     fn take_over(&mut self, path: &Path, header: &ExportHeader) -> Result<(), ExportError> {
         let failed = |source| ExportError::io("go on with", path, source);
-        let earlier = open_export(path)?;
+        let (earlier, damage) = match open_export(path) {
+            // What is there is kept, and is in nobody's way.
+            Err(OpenError::NotAnExport { reason, .. }) if durable::is_file(path) => {
+                let aside = durable::put_aside(path).map_err(failed)?;
+                let aside = aside.unwrap_or_default();
+                let aside = aside.file_name().unwrap_or_default().to_string_lossy();
+                self.damage.push(format!(
+                    "what was there is no export ({reason}) and is put aside as {aside}"
+                ));
+                return Ok(());
+            }
+            opened => opened?,
+        };
+        self.damage.extend(damage);
         let length = earlier.metadata().map_err(failed)?.len();
         let mut walk = FrameWalk::new(&earlier, length);
         while let Some(step) = walk.next_step().map_err(failed)? {
@@ -334,9 +347,11 @@ impl ExportWriter {
         let mut body = Vec::new();
         while left > 0 {
             let count = PIECE.min(usize::try_from(left).unwrap_or(PIECE));
-            earlier
-                .read_exact_at(&mut piece[..count], from)
-                .map_err(|source| ExportError::io("read", &self.path, source))?;
+            match earlier.read_exact_at(&mut piece[..count], from) {
+                // The checksum tells that something is missing.
+                Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => break,
+                read => read.map_err(|source| ExportError::io("read", &self.path, source))?,
+            }
             sum.add(&piece[..count]);
             put(&piece[..count]).map_err(written)?;
             if is_records {

@@ -84,6 +84,9 @@ pub struct ExportSummary {
     pub changed: Option<SystemTime>,
     /// True if the writer has said that nothing more will come.
     pub is_closed: bool,
+    /// False if nothing of the file can be read, and the damage says why. A file that is named
+    /// alone must be readable.
+    pub is_readable: bool,
     /// The length of what stands at the end and is no whole frame yet \[bytes\].
     pub unfinished: u64,
     /// The damage in words.
@@ -172,8 +175,9 @@ pub(crate) fn is_export(path: &Path) -> bool {
         || read.is_ok() && magic == *MAGIC
 }
 
-/// Opens an export and checks what stands before its first frame.
-pub(crate) fn open_export(path: &Path) -> Result<File, OpenError> {
+/// Opens an export and checks what stands before its first frame. If that is damaged and the frames
+/// are there, the damage is returned in words.
+pub(crate) fn open_export(path: &Path) -> Result<(File, Option<String>), OpenError> {
     let failed = |source| OpenError::io("read", Wanted::Read, path, source);
     let not_one =
         |reason: &str| OpenError::NotAnExport { path: path.to_owned(), reason: reason.to_owned() };
@@ -187,6 +191,11 @@ pub(crate) fn open_export(path: &Path) -> Result<File, OpenError> {
     let mut preamble = [0; PREAMBLE as usize];
     file.read_exact_at(&mut preamble, 0).map_err(failed)?;
     let (magic, version) = preamble.split_at(MAGIC.len());
+    let is_sound = magic == MAGIC && version == EXPORT_FORMAT.to_le_bytes();
+    let is_named = path.extension().is_some_and(|extension| extension == EXTENSION);
+    if !is_sound && is_named && FrameWalk::new(&file, 0).begins_with_frame() {
+        return Ok((file, Some("its first line differs from what was written".to_owned())));
+    }
     if magic != MAGIC {
         return Err(not_one("it begins with other words"));
     }
@@ -194,10 +203,49 @@ pub(crate) fn open_export(path: &Path) -> Result<File, OpenError> {
     if found != EXPORT_FORMAT {
         return Err(OpenError::ExportFormat { path: path.to_owned(), found });
     }
-    Ok(file)
+    Ok((file, None))
 }
 
 impl ExportFile {
+    /// Returns the index of a file of which nothing has been read.
+    fn empty(path: &Path, damage: Vec<String>) -> Self {
+        ExportFile {
+            summary: ExportSummary {
+                path: path.to_owned(),
+                header: ExportHeader::default(),
+                records: 0,
+                note: None,
+                parts: Vec::new(),
+                changed: None,
+                is_closed: false,
+                is_readable: true,
+                unfinished: 0,
+                damage,
+            },
+            frames: Vec::new(),
+            blobs: BTreeMap::new(),
+            studies: BTreeMap::new(),
+            file: None,
+            identity: FileIdentity { device: 0, inode: 0 },
+        }
+    }
+
+    /// Returns the index of a file that cannot be read.
+    fn unreadable(path: &Path, error: &OpenError) -> Self {
+        let reason = match error {
+            OpenError::NotAnExport { reason, .. } => format!("it is not an export: {reason}"),
+            OpenError::ExportFormat { found, .. } => {
+                format!("it has format {found}, and this program reads format {EXPORT_FORMAT}")
+            }
+            OpenError::Refused { why, .. } => why.clone(),
+            OpenError::Io { source, .. } => source.to_string(),
+            other => other.to_string(),
+        };
+        let mut file = ExportFile::empty(path, vec![format!("nothing of it is read: {reason}")]);
+        file.summary.is_readable = false;
+        file
+    }
+
     /// Reads the index of an export, which is the `number`-th of its set, and adds the places of
     /// its records.
     pub(crate) fn open(
@@ -207,26 +255,11 @@ impl ExportFile {
         rules: Option<&MergeRules>,
     ) -> Result<Self, OpenError> {
         let failed = |source| OpenError::io("read", Wanted::Read, path, source);
-        let file = open_export(path)?;
+        let (file, damage) = open_export(path)?;
         let metadata = file.metadata().map_err(failed)?;
-        let mut index = ExportFile {
-            summary: ExportSummary {
-                path: path.to_owned(),
-                header: ExportHeader::default(),
-                records: 0,
-                note: None,
-                parts: Vec::new(),
-                changed: metadata.modified().ok(),
-                is_closed: false,
-                unfinished: 0,
-                damage: Vec::new(),
-            },
-            frames: Vec::new(),
-            blobs: BTreeMap::new(),
-            studies: BTreeMap::new(),
-            file: None,
-            identity: FileIdentity::of(&file).map_err(failed)?,
-        };
+        let mut index = ExportFile::empty(path, damage.into_iter().collect());
+        index.summary.changed = metadata.modified().ok();
+        index.identity = FileIdentity::of(&file).map_err(failed)?;
         let mut found = Vec::new();
         let mut walk = FrameWalk::new(&file, metadata.len());
         let (mut has_header, mut end) = (false, None);
@@ -500,7 +533,7 @@ pub(crate) struct ExportSet {
 }
 
 /// Returns the exports in a directory, or the file itself; `None` if there is none.
-fn exports_at(path: &Path) -> Result<Option<Vec<PathBuf>>, OpenError> {
+pub(crate) fn exports_at(path: &Path) -> Result<Option<Vec<PathBuf>>, OpenError> {
     if path.is_file() {
         return Ok(is_export(path).then(|| vec![path.to_owned()]));
     }
@@ -538,15 +571,27 @@ pub(crate) fn are_there(path: &Path) -> Result<bool, OpenError> {
 
 impl ExportSet {
     /// Reads the exports at `path`, which is a file or a directory of files; returns `None` if
-    /// there is no export. Without rules, equal jobs have equal results.
+    /// there is no export. A file that cannot be read hides no other. Without rules, equal jobs
+    /// have equal results.
     pub(crate) fn open(
         path: &Path,
         rules: Option<&MergeRules>,
     ) -> Result<Option<Arc<ExportSet>>, OpenError> {
         let Some(paths) = exports_at(path)? else { return Ok(None) };
-        let (mut files, mut places) = (Vec::new(), Vec::new());
+        let (mut files, mut places, mut first) = (Vec::new(), Vec::new(), None);
         for (number, file) in paths.iter().enumerate() {
-            files.push(ExportFile::open(file, number as u32, &mut places, rules)?);
+            match ExportFile::open(file, number as u32, &mut places, rules) {
+                Ok(file) => files.push(file),
+                Err(error) => {
+                    files.push(ExportFile::unreadable(file, &error));
+                    first = first.or(Some(error));
+                }
+            }
+        }
+        if let Some(error) = first
+            && files.iter().all(|file| !file.summary.is_readable)
+        {
+            return Err(error);
         }
         places.sort_unstable_by_key(|place| (place.key, place.file));
         places.shrink_to_fit();
@@ -734,33 +779,41 @@ impl ExportSet {
         &self,
         definition: impl Fn(&Digest) -> Option<Vec<u8>>,
     ) -> Result<BTreeMap<String, Digest>, ReadError> {
-        // A definition that cannot be read differs from none.
-        let is_same = |one: &Digest, other: &Digest| {
-            let Some(rules) = &self.rules else { return false };
-            let said = |digest| definition(digest).map(|bytes| (rules.definition)(&bytes));
-            said(one).zip(said(other)).is_none_or(|(one, other)| one == other)
-        };
-        let mut studies: BTreeMap<String, (Digest, &ExportFile)> = BTreeMap::new();
+        let mut found: BTreeMap<&str, Vec<(Digest, &ExportFile)>> = BTreeMap::new();
         for file in &self.files {
             for (name, digest) in &file.studies {
-                let Some((found, first)) = studies.get_mut(name) else {
-                    studies.insert(name.clone(), (*digest, file));
-                    continue;
-                };
-                if found == digest {
-                    continue;
+                let known = found.entry(name).or_default();
+                if known.iter().all(|(known, _)| known != digest) {
+                    known.push((*digest, file));
                 }
-                if !is_same(found, digest) {
-                    return Err(ReadError::StudiesDiffer {
-                        name: name.clone(),
-                        first: first.path().to_owned(),
-                        second: file.path().to_owned(),
-                    });
-                }
-                *found = (*found).min(*digest);
             }
         }
-        Ok(studies.into_iter().map(|(name, (digest, _))| (name, digest)).collect())
+        let mut studies = BTreeMap::new();
+        for (name, mut digests) in found {
+            if digests.len() > 1 {
+                // One that cannot be read says nothing, and is not chosen if another can be.
+                let said: Vec<_> = digests.iter().map(|(digest, _)| definition(digest)).collect();
+                if said.iter().any(Option::is_some) {
+                    let mut said = said.iter();
+                    digests.retain(|_| said.next().is_some_and(Option::is_some));
+                }
+                let mut said = said.iter().flatten().map(|bytes| match &self.rules {
+                    Some(rules) => (rules.definition)(bytes),
+                    None => Digest::of(bytes),
+                });
+                let first = said.next();
+                if let Some(place) = said.position(|other| Some(other) != first) {
+                    return Err(ReadError::StudiesDiffer {
+                        name: name.to_owned(),
+                        first: digests[0].1.path().to_owned(),
+                        second: digests[place + 1].1.path().to_owned(),
+                    });
+                }
+            }
+            let chosen = digests.into_iter().map(|(digest, _)| digest).min();
+            studies.extend(chosen.map(|digest| (name.to_owned(), digest)));
+        }
+        Ok(studies)
     }
 
     /// Returns the file that has a blob, and the place of the blob.

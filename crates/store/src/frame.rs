@@ -27,6 +27,9 @@
 //! Whoever makes an index reads heads and tables and seeks over the bodies. A frame that is damaged
 //! hides no other: the next one is found by its mark. The end of a file that is being written, or
 //! whose writer was killed, is the beginning of a frame.
+//!
+//! A later format has another mark of its frames, so that a first line that does not fit to its
+//! frames is damage, and not one of another format.
 
 use std::fs::File;
 use std::io;
@@ -233,8 +236,26 @@ impl<'f> FrameWalk<'f> {
         FrameWalk { file, length, position: PREAMBLE }
     }
 
-    /// Returns the next step, or `None` at the end.
+    /// Returns true if a frame stands where the first one must.
+    pub(crate) fn begins_with_frame(&self) -> bool {
+        let mut bytes = [0; HEAD];
+        self.file.read_exact_at(&mut bytes, PREAMBLE).is_ok() && FrameHead::of(&bytes).is_some()
+    }
+
+    /// Returns the next step, or `None` at the end. A file that has become shorter ends where it
+    /// does now.
     pub(crate) fn next_step(&mut self) -> io::Result<Option<FrameStep>> {
+        let rest = self.length.saturating_sub(self.position);
+        match self.step() {
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+                self.position = self.length;
+                Ok(Some(FrameStep::Unfinished(rest)))
+            }
+            step => step,
+        }
+    }
+
+    fn step(&mut self) -> io::Result<Option<FrameStep>> {
         let (start, rest) = (self.position, self.length.saturating_sub(self.position));
         if rest == 0 {
             return Ok(None);
@@ -432,6 +453,34 @@ mod tests {
         assert_eq!(found[1], "unfinished: 100000");
         let found = words(&steps(&[&frames[0][..], &[7; 100_000]].concat()));
         assert_eq!(found[1], "damaged: the last 100000 bytes, from byte 289 on, are no frame");
+    }
+
+    #[test]
+    fn a_file_that_has_become_shorter_ends_there() {
+        let frames = [1, 2].map(|i| frame(FrameKind::Note, &[i; 500], &[i; 200])).concat();
+        let mut file = tempfile::tempfile().unwrap();
+        file.write_all(&[0; PREAMBLE as usize]).unwrap();
+        file.write_all(&frames).unwrap();
+        let length = PREAMBLE + frames.len() as u64;
+        let half = length - frames.len() as u64 / 2;
+        // Between two frames, in a head, in a table, and where there was damage to begin with.
+        for shorter in [half, half + 10, half + 100, 0] {
+            let mut walk = FrameWalk::new(&file, length);
+            file.set_len(shorter).unwrap();
+            let steps: Vec<_> = std::iter::from_fn(|| walk.next_step().unwrap())
+                .map(|step| words(&[step]))
+                .collect();
+            let is_unfinished = |words: &Vec<String>| words[0].starts_with("unfinished: ");
+            assert!(steps.last().is_some_and(is_unfinished), "{shorter}: {steps:?}");
+            assert_eq!(steps.len(), if shorter == 0 { 1 } else { 2 });
+            file.set_len(0).unwrap();
+            file.write_all_at(&frames, PREAMBLE).unwrap();
+        }
+        let mut walk = FrameWalk::new(&file, length);
+        file.write_all_at(&[7], PREAMBLE).unwrap();
+        file.set_len(length - 5).unwrap();
+        let first = words(&[walk.next_step().unwrap().unwrap()]);
+        assert_eq!(first, ["unfinished: 1528"]);
     }
 
     #[test]

@@ -33,7 +33,8 @@
 //!   ([`Store::read`]): reading changes nothing in the store, needs no right to write to it, and
 //!   holds up nobody.
 //! - A merge gives the same records whatever the order of its sources and however often it is
-//!   repeated or cut short. Two results of one job that differ are reported, and neither is taken.
+//!   repeated or cut short. Two results of one job that differ are reported, and neither is taken;
+//!   one that was there before stays.
 //! - Of an export that is damaged or torn, everything else is read.
 //! - A blob that was lost or damaged is found when it is read, and storing it again heals it.
 //!

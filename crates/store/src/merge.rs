@@ -1,9 +1,11 @@
 //! This file merges stores and exports into a store or into one export.
 //!
-//! The order of the sources does not matter, and neither does it how often they are merged. First
-//! the keys of all sources are compared, which takes some 90 bytes for each record. Then the jobs
-//! that have several records are decided without keeping any record, and at last every source is
-//! read once more, from its beginning to its end, and what it has to give is written.
+//! The order of the sources does not matter, and neither does it how often they are merged, as long
+//! as no two of them have different results of one job. Of such results none is taken if they are
+//! merged at once; in several steps the one that came first stays, and every merge reports it.
+//! First the keys of all sources are compared, which takes some 90 bytes for each record. Then the
+//! jobs that have several records are decided without keeping any record, and at last every source
+//! is read once more, from its beginning to its end, and what it has to give is written.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -847,7 +849,11 @@ pub fn merge_into_export(
         .into());
     }
     let merge = Merge::new(sources, rules, selection, target, earlier.as_ref());
-    let report = merge.run(&mut MergeTarget::Export(&mut writer))?;
+    let mut report = merge.run(&mut MergeTarget::Export(&mut writer))?;
+    for export in earlier.iter().flat_map(StoreReader::exports) {
+        let words = export.damage.iter().map(|reason| format!("{}: {reason}", target.display()));
+        report.faults.extend(words);
+    }
     writer.write_end()?;
     let changed = || ExportError::Changed { path: target.to_owned() };
     if FileIdentity::of_path(target) != before {

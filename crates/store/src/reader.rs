@@ -14,7 +14,7 @@ use crate::connection::Connection;
 use crate::database::RECORDS;
 use crate::digest::Digest;
 use crate::error::{OpenError, ReadError};
-use crate::exports::{ExportSet, ExportSummary, ShardState};
+use crate::exports::{ExportSet, ExportSummary, ShardState, exports_at};
 use crate::lock::{self, Holder};
 use crate::manifest::{self, Manifest, Unreadable};
 use crate::parts;
@@ -36,6 +36,13 @@ pub enum RecordOrigin {
     Disk,
     /// The records come from exports.
     Exports {
+        /// The number of exports.
+        count: usize,
+    },
+    /// The records come from a store, in whose directory lie exports that are not read.
+    BesideExports {
+        /// The origin of the records in the store.
+        store: Box<RecordOrigin>,
         /// The number of exports.
         count: usize,
     },
@@ -76,6 +83,14 @@ impl fmt::Display for RecordOrigin {
             RecordOrigin::Exports { count } => {
                 let noun = if *count == 1 { "export" } else { "exports" };
                 return write!(f, "read from {count} {noun}");
+            }
+            RecordOrigin::BesideExports { store, count } => {
+                let (noun, verb) = if *count == 1 { ("export", "is") } else { ("exports", "are") };
+                return write!(
+                    f,
+                    "{store}; {count} {noun} in the same directory {verb} not read: name one of them, or \
+                     bring them into the store with `tribosweep store merge`"
+                );
             }
             RecordOrigin::Process { pid, command } => {
                 return write!(f, "served by the running process {pid} ({command})");
@@ -151,6 +166,8 @@ type Answer = Result<Option<Vec<u8>>, ReadError>;
 /// writing. When the process that answers ends, it goes on from disk.
 pub struct StoreReader {
     directory: PathBuf,
+    /// The number of exports in the directory of a store, which are not read.
+    exports_beside: usize,
     blobs: Blobs,
     source: Mutex<Arc<Backing>>,
 }
@@ -181,6 +198,7 @@ impl StoreReader {
             if let Some(exports) = ExportSet::open(directory, rules)? {
                 return Ok(StoreReader {
                     directory: directory.to_owned(),
+                    exports_beside: 0,
                     blobs: Blobs::in_exports(exports.clone()),
                     source: Mutex::new(Arc::new(Backing::Exports(exports))),
                 });
@@ -189,6 +207,7 @@ impl StoreReader {
         }
         Ok(StoreReader {
             directory: directory.to_owned(),
+            exports_beside: exports_at(directory)?.map_or(0, |paths| paths.len()),
             blobs: Blobs::of(directory),
             source: Mutex::new(Arc::new(Backing::of(directory)?)),
         })
@@ -222,13 +241,20 @@ impl StoreReader {
 
     /// Returns the origin of the records.
     pub fn origin(&self) -> RecordOrigin {
-        match &*self.source() {
+        let origin = match &*self.source() {
             Backing::Disk { origin, .. } => origin.clone(),
-            Backing::Exports(exports) => RecordOrigin::Exports { count: exports.files.len() },
+            Backing::Exports(exports) => {
+                let readable = exports.files.iter().filter(|file| file.summary.is_readable);
+                RecordOrigin::Exports { count: readable.count() }
+            }
             Backing::Process(connection) => RecordOrigin::Process {
                 pid: connection.holder.pid,
                 command: connection.holder.command.clone(),
             },
+        };
+        match self.exports_beside {
+            0 => origin,
+            count => RecordOrigin::BesideExports { store: Box::new(origin), count },
         }
     }
 

@@ -42,8 +42,7 @@ impl Store {
             return Err(OpenError::OnlyRead { path: directory.to_owned() });
         }
         if !directory.exists() {
-            fs::create_dir_all(directory).map_err(io("create the directory"))?;
-            access::hand_over(directory).map_err(io("give to its owner the directory"))?;
+            access::create_directories(directory).map_err(io("create the directory"))?;
         }
         // The check comes before the lock, which would leave its file in somebody else's directory.
         // What another process has just made is there by the time of the second question.

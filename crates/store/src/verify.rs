@@ -104,7 +104,7 @@ impl StoreReader {
             let path = export.path.display();
             let words = export.damage.iter().map(|reason| format!("{path}: {reason}"));
             answer.damaged_exports.extend(words);
-            if !export.is_closed {
+            if !export.is_closed && export.is_readable {
                 answer.open_exports.push(export.path);
             }
         }

@@ -359,7 +359,7 @@ fn a_shard_of_which_something_was_lost_is_not_finished() {
             // What is there in the end was not lost, wherever it came from.
             let report = merge(&[a.clone(), good.clone()], &target).unwrap();
             assert_eq!([0, 1].map(|i| is_finished(&report, i)), [true, true], "{report:?}");
-            let report = merge(&[a.clone()], &target).unwrap();
+            let report = merge(std::slice::from_ref(&a), &target).unwrap();
             assert_eq!([0, 1].map(|i| is_finished(&report, i)), [true, true], "{report:?}");
             match target.is_dir() {
                 true => fs::remove_dir_all(&target).unwrap(),
@@ -412,7 +412,7 @@ fn of_two_merges_into_one_export_at_once_none_is_lost() {
         ..RULES
     };
     for rules in [while_reading, while_merging] {
-        merge(&[a.clone()], &target).unwrap();
+        merge(std::slice::from_ref(&a), &target).unwrap();
         // What is damaged there makes its shards doubtful.
         let mut bytes = fs::read(&target).unwrap();
         bytes.extend(b"more");
@@ -421,10 +421,14 @@ fn of_two_merges_into_one_export_at_once_none_is_lost() {
         MEANWHILE.set(Some([b.clone(), target.clone()]));
         let all = MergeSelection::default();
         let refused = merge_into_export(&target, "0.1.0", &[&source], &rules, &all).unwrap_err();
-        assert!(matches!(MEANWHILE.take(), None), "the other merge took place");
+        assert!(MEANWHILE.take().is_none(), "the other merge took place");
         assert!(refused.to_string().ends_with("nothing was merged into it; merge again"));
         assert_eq!(whole(&target).records.len(), 2);
-        assert_eq!(merge(&[c.clone()], &target).unwrap().added, 1);
+        fs::write(&target, [&fs::read(&target).unwrap()[..], b"more"].concat()).unwrap();
+        let report = merge(std::slice::from_ref(&c), &target).unwrap();
+        assert_eq!(report.added, 1);
+        let [fault] = &report.faults[..] else { panic!("{report:?}") };
+        assert!(fault.contains("merged.tribosweep: the last 4 bytes are no frame"), "{fault}");
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 4, "nothing is left over");
         fs::remove_file(&target).unwrap();
     }
