@@ -258,8 +258,8 @@ fn chosen_shards(args: &SubmitArgs, study: &Study, exports: &Path) -> Result<Vec
     Ok((1..=args.shards).filter(|shard| !finished.contains(shard)).collect())
 }
 
-/// Returns the shards of a study that are finished by what they exported. Their files are opened one
-/// after another, so that the records of one shard alone are in memory.
+/// Returns the shards of a study that are finished by what they exported. Their files are opened
+/// one after another, so that the records of one shard alone are in memory.
 fn finished_shards(study: &Study, shards: u32, exports: &Path) -> BTreeSet<u32> {
     let content = Study::definition_content(&study.definition());
     let is_finished = |index: &u32| {

@@ -70,7 +70,7 @@ extern "C" fn raise(signal: libc::c_int) {
     }
 }
 
-/// Tells whether a request for an end in time is another one than the last, and remembers it then.
+/// Tells whether a request for an end in time is another one than the last, and remembers it.
 fn is_new_end() -> bool {
     // clock_gettime(2) may be called in a signal handler.
     let clock = clock_gettime(ClockId::Monotonic);
@@ -123,7 +123,7 @@ extern "C" fn explain(_: libc::c_int) {
 
 fn set(signal: Signal, handler: SigHandler) -> std::io::Result<SigAction> {
     let action = SigAction::new(handler, SaFlags::SA_RESTART, SigSet::empty());
-    // SAFETY: the handlers in this file do nothing but atomic operations, clock_gettime(2), write(2)
-    // and _exit(2), which POSIX allows in a handler.
+    // SAFETY: the handlers in this file do nothing but atomic operations, clock_gettime(2),
+    // write(2) and _exit(2), which POSIX allows in a handler.
     Ok(unsafe { sigaction(signal, &action) }?)
 }
