@@ -198,6 +198,12 @@ pub(crate) struct SubmitArgs {
     /// Time of a shard as sbatch has it, for example 2:00:00 [default: the cluster's]
     #[arg(long, value_name = "TIME")]
     pub(crate) time: Option<TimeLimit>,
+    /// Memory of the merge as sbatch has it [default: that of --mem]
+    #[arg(long, value_name = "SIZE", value_parser = slurm_memory)]
+    pub(crate) merge_mem: Option<String>,
+    /// Time of the merge as sbatch has it [default: that of --time]
+    #[arg(long, value_name = "TIME")]
+    pub(crate) merge_time: Option<TimeLimit>,
     /// Partition of the cluster
     #[arg(long, value_name = "NAME", value_parser = slurm_name)]
     pub(crate) partition: Option<String>,

@@ -52,13 +52,8 @@ const SCHEDULERS: [Scheduler; 6] = [
     },
     Scheduler { name: "PBS", index: "PBS_ARRAY_INDEX", first: None, last: None, counts_from: None },
     Scheduler { name: "TORQUE", index: "PBS_ARRAYID", first: None, last: None, counts_from: None },
-    Scheduler {
-        name: "LSF",
-        index: "LSB_JOBINDEX",
-        first: None,
-        last: Some("LSB_JOBINDEX_END"),
-        counts_from: None,
-    },
+    // LSB_JOBINDEX_END is smaller when only some elements are submitted again.
+    Scheduler { name: "LSF", index: "LSB_JOBINDEX", first: None, last: None, counts_from: None },
     Scheduler {
         name: "Grid Engine",
         index: "SGE_TASK_ID",
@@ -156,14 +151,21 @@ impl Scheduler {
 
     /// Refuses a job array that leaves out elements between its first and its last one.
     fn require_all(&self, variables: &Variables<'_>, first: u64, last: u64) -> Result<()> {
-        if self.name != "Slurm" {
-            return Ok(());
+        if self.name == "Slurm" {
+            let elements = variables("SLURM_ARRAY_TASK_COUNT").unwrap_or_default();
+            if elements.parse() != Ok((last + 1).saturating_sub(first)) {
+                bail!(
+                    "the job array has {elements} elements from {first} to {last}, so it leaves \
+                     some out; write --shard auto/N"
+                );
+            }
         }
-        let elements = variables("SLURM_ARRAY_TASK_COUNT").unwrap_or_default();
-        if elements.parse() != Ok((last + 1).saturating_sub(first)) {
+        // Only Grid Engine tells its step. Outside of arrays it says "undefined".
+        let step = variables("SGE_TASK_STEPSIZE").unwrap_or_default();
+        if self.name == "Grid Engine" && !["", "1", "undefined"].contains(&step.as_str()) {
             bail!(
-                "the job array has {elements} elements from {first} to {last}, so it leaves some \
-                 out; write --shard auto/N"
+                "the job array has a step of {step} between its elements from {first} to {last} \
+                 (SGE_TASK_STEPSIZE); submit all of them, with a step of 1"
             );
         }
         Ok(())
@@ -203,8 +205,9 @@ mod tests {
             ("auto/16", &slurm(7, 7, 7, 1), "7/16"),
             ("auto/16", "PBS_ARRAY_INDEX=3", "3/16"),
             ("auto/16", "PBS_ARRAYID=16", "16/16"),
-            ("auto", "LSB_JOBINDEX=3 LSB_JOBINDEX_END=16", "3/16"),
+            ("auto/16", "LSB_JOBINDEX=3 LSB_JOBINDEX_END=7", "3/16"),
             ("auto", "SGE_TASK_ID=3 SGE_TASK_FIRST=1 SGE_TASK_LAST=16", "3/16"),
+            ("auto", "SGE_TASK_ID=3 SGE_TASK_FIRST=1 SGE_TASK_LAST=16 SGE_TASK_STEPSIZE=1", "3/16"),
             ("auto/16", "JOB_COMPLETION_INDEX=0", "1/16"),
             ("auto/16", "JOB_COMPLETION_INDEX=15 SGE_TASK_ID=undefined LSB_JOBINDEX=0", "16/16"),
         ] {
@@ -223,6 +226,13 @@ mod tests {
         for (choice, variables, words) in [
             ("auto", "", "--shard auto works in an element of a job array"),
             ("auto", "JOB_COMPLETION_INDEX=0", "write --shard auto/N"),
+            // Two elements of sixteen were submitted again.
+            ("auto", "LSB_JOBINDEX=3 LSB_JOBINDEX_END=7", "write --shard auto/N"),
+            (
+                "auto",
+                "SGE_TASK_ID=3 SGE_TASK_FIRST=1 SGE_TASK_LAST=15 SGE_TASK_STEPSIZE=2",
+                "a step of 2 between its elements from 1 to 15",
+            ),
             ("auto", "SGE_TASK_ID=3 PBS_ARRAY_INDEX=3", "both PBS_ARRAY_INDEX and SGE_TASK_ID"),
             ("auto/4", "PBS_ARRAY_INDEX=5", "there is no shard 5 of 4"),
             ("auto/4", "PBS_ARRAY_INDEX=0", "counted from 1"),

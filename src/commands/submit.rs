@@ -12,7 +12,7 @@ use answers::shards::{Partition, Shard};
 use anyhow::{Context, Result, anyhow, bail};
 use serde::{Deserialize, Serialize};
 use store::{ExportSummary, Store};
-use study::Study;
+use study::{MOST_POINTS, Study};
 use wording::{file_argument, shell_word};
 
 use crate::cli::{Engine, SubmitArgs};
@@ -101,7 +101,7 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
     let directory = args.directory.clone();
     let directory = directory.unwrap_or_else(|| format!("{}-shards", study.name()).into());
     check_directory(&directory)?;
-    let mut submission = submission(args, &study, &directory)?;
+    let submission = submission(args, &study, &directory)?;
     let shards = chosen_shards(args, &study, &directory.join(&submission.exports))?;
     check_limits(&config, shards.len())?;
     let arrays = arrays(&shards, config.array_size);
@@ -126,22 +126,14 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
     } else {
         let is_new = !directory.exists();
         write_directory(&study, &submission, &scripts, &directory)?;
-        let submitted = submit_all(args, &arrays, &directory, &mut calls);
-        if submitted.is_err() && is_new {
-            // The refusal of the scheduler matters more than a directory that stays.
-            let _ = fs::remove_dir_all(&directory);
-        }
-        submitted?;
+        let anew = Submission { jobs: Vec::new(), ..submission.clone() };
+        let place = SubmissionPlace { submission: anew, directory: &directory, is_new };
+        submit_all(args, &arrays, place, &mut calls)?;
     }
     let merge = match calls.pop_if(|call| call.shards.is_empty()) {
         Some(merge) => merge,
         None => merge_call(&calls),
     };
-    if !args.dry_run {
-        submission.jobs =
-            calls.iter().chain([&merge]).filter_map(|call| call.job.clone()).collect();
-        write_submission(&submission, &directory)?;
-    }
     let report = SubmissionReport {
         study: study.name(),
         shards: args.shards,
@@ -216,7 +208,17 @@ impl StudyExtent {
         let partition = Partition::of(study, shards)?;
         let mut sequences = 0;
         for index in 1..=shards.into() {
-            sequences += partition.load(Shard::new(index, shards.into())?).sequences;
+            let shard = Shard::new(index, shards.into())?;
+            let load = partition.load(shard);
+            if load.points > MOST_POINTS as u64 {
+                bail!(
+                    "shard {shard} would have {} points, and a run takes {MOST_POINTS} at most; \
+                     --shards must be larger, at least {}",
+                    load.points,
+                    study.len().div_ceil(MOST_POINTS).max(shards as usize + 1)
+                );
+            }
+            sequences += load.sequences;
         }
         if !study.is_listed() {
             // What is wrong with a point of so many, its shard says.
@@ -252,34 +254,37 @@ fn chosen_shards(args: &SubmitArgs, study: &Study, exports: &Path) -> Result<Vec
     if !args.only.is_empty() {
         return Ok(BTreeSet::from_iter(args.only.iter().copied()).into_iter().collect());
     }
-    let finished = finished_shards(study, args.shards, exports)?;
+    let finished = finished_shards(study, args.shards, exports);
     Ok((1..=args.shards).filter(|shard| !finished.contains(shard)).collect())
 }
 
-/// Returns the shards of a study that are finished by what they exported.
-fn finished_shards(study: &Study, shards: u32, exports: &Path) -> Result<BTreeSet<u32>> {
-    let is_export = |file: &fs::DirEntry| file.path().extension() == Some("tribosweep".as_ref());
-    let has_exports = fs::read_dir(exports)
-        .is_ok_and(|mut files| files.any(|file| file.is_ok_and(|file| is_export(&file))));
-    if !has_exports {
-        return Ok(BTreeSet::new());
-    }
-    let reader = Store::read_by(exports, &RULES)?;
-    let is_finished = |export: &ExportSummary| {
-        let note = export.note.as_deref().and_then(ShardNote::of);
-        // What is damaged is computed again.
-        export.damage.is_empty() && note.is_some_and(|note| note.finished)
+/// Returns the shards of a study that are finished by what they exported. Their files are opened
+/// one after another, so that the records of one shard alone are in memory.
+fn finished_shards(study: &Study, shards: u32, exports: &Path) -> BTreeSet<u32> {
+    let content = Study::definition_content(&study.definition());
+    let is_finished = |index: &u32| {
+        let file = exports.join(format!("{}.{index}-of-{shards}.tribosweep", study.name()));
+        file.is_file() && is_finished(&file, study.name(), content.as_deref())
     };
-    let finished = reader.exports().into_iter().filter(is_finished);
-    let of_study = finished
-        .filter_map(|export| export.header.shard)
-        .filter(|shard| shard.study == study.name() && shard.count == shards);
-    Ok(of_study.map(|shard| shard.index).collect())
+    (1..=shards).filter(is_finished).collect()
+}
+
+/// Tells whether a file is the whole export of a shard of the study with this content. What cannot
+/// be read, or is damaged, is not: its shard computes it again, or says what is wrong.
+fn is_finished(file: &Path, study: &str, content: Option<&[u8]>) -> bool {
+    let Ok(reader) = Store::read_by(file, &RULES) else { return false };
+    let is_whole = |export: &ExportSummary| {
+        let note = export.note.as_deref().and_then(ShardNote::of);
+        export.is_closed && export.damage.is_empty() && note.is_some_and(|note| note.finished)
+    };
+    let Ok(Some(definition)) = reader.study(study) else { return false };
+    reader.exports().iter().all(is_whole)
+        && Study::definition_content(&definition).as_deref() == content
 }
 
 /// Returns the limits of the controller. A dry run does without one.
 fn config(is_dry_run: bool) -> Result<ControllerConfig> {
-    match Command::new("scontrol").args(["show", "config"]).stdin(Stdio::null()).output() {
+    match slurm_program("scontrol").args(["show", "config"]).output() {
         Ok(output) if output.status.success() => {
             Ok(ControllerConfig::parse(&String::from_utf8_lossy(&output.stdout)))
         }
@@ -361,6 +366,8 @@ fn resources(args: &SubmitArgs, exclusive: bool) -> Resources {
         cpus: args.cpus_per_task,
         memory: args.mem.clone(),
         time: args.time.clone(),
+        merge_memory: args.merge_mem.clone().or_else(|| args.mem.clone()),
+        merge_time: args.merge_time.clone().or_else(|| args.time.clone()),
         partition: args.partition.clone(),
         account: args.account.clone(),
         exclusive,
@@ -426,8 +433,11 @@ fn submission(args: &SubmitArgs, study: &Study, directory: &Path) -> Result<Subm
     if exports.is_some_and(|exports| exports != former.exports) {
         bail!("{shown} has its exports in {}; leave out --exports", former.exports.display());
     }
-    let queued = queued(&former.jobs);
-    if !queued.is_empty() && !args.dry_run {
+    if args.dry_run {
+        return Ok(former);
+    }
+    let queued = queued(&former.jobs)?;
+    if !queued.is_empty() {
         let jobs = former.jobs.join(",");
         bail!(
             "the shards in {shown} are still queued or running: {}; wait for them, or cancel them by: \
@@ -439,19 +449,40 @@ fn submission(args: &SubmitArgs, study: &Study, directory: &Path) -> Result<Subm
 }
 
 /// Returns a line for each of some jobs that is queued or runs.
-fn queued(jobs: &[String]) -> String {
+fn queued(jobs: &[String]) -> Result<String> {
     if jobs.is_empty() {
-        return String::new();
+        return Ok(String::new());
     }
-    let mut squeue = Command::new("squeue");
+    let mut squeue = slurm_program("squeue");
     squeue.args(["--noheader", "--format=%i %T"]).arg(format!("--jobs={}", jobs.join(",")));
-    // A controller that knows none of the jobs any more says so by failing.
-    match squeue.stdin(Stdio::null()).output() {
-        Ok(output) if output.status.success() => {
-            String::from_utf8_lossy(&output.stdout).into_owned()
-        }
-        _ => String::new(),
+    let output = squeue.output().context("cannot run squeue")?;
+    if output.status.success() {
+        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
     }
+    let answer = said(&output.stderr);
+    // A controller that does not know the job any more says so by failing.
+    if answer.contains("Invalid job id specified") {
+        return Ok(String::new());
+    }
+    bail!(
+        "it is not known whether the jobs {} of the submission before are still queued or running: \
+         squeue says {answer}; try again when the controller answers",
+        jobs.join(", ")
+    )
+}
+
+/// Returns a program of Slurm that speaks to the cluster on which this one runs, and to which the
+/// user's variables give no options.
+fn slurm_program(name: &str) -> Command {
+    let mut program = Command::new(name);
+    program.stdin(Stdio::null()).env_remove("SLURM_CLUSTERS");
+    for (variable, _) in std::env::vars_os() {
+        let bytes = variable.as_encoded_bytes();
+        if bytes.starts_with(b"SQUEUE_") || bytes.starts_with(b"SCANCEL_") {
+            program.env_remove(variable);
+        }
+    }
+    program
 }
 
 /// Writes the directory of a submission: whole, or not at all if it is new. In one that is there,
@@ -501,18 +532,29 @@ fn write_submission(submission: &Submission, directory: &Path) -> Result<()> {
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// Submits the arrays and the merge. If one is refused, those before it are cancelled.
+/// A submission that is being made, and where it is written down.
+struct SubmissionPlace<'p> {
+    submission: Submission,
+    directory: &'p Path,
+    /// True if nothing was submitted there before.
+    is_new: bool,
+}
+
+/// Submits the arrays and the merge, and writes down the number of each at once. If one is refused,
+/// those before it are cancelled.
 fn submit_all(
     args: &SubmitArgs,
     arrays: &[Array],
-    directory: &Path,
+    place: SubmissionPlace<'_>,
     calls: &mut Vec<SbatchCall>,
 ) -> Result<()> {
-    let submit = |mut call: SbatchCall, calls: &mut Vec<SbatchCall>| {
+    let SubmissionPlace { mut submission, directory, is_new } = place;
+    let mut submit = |mut call: SbatchCall, calls: &mut Vec<SbatchCall>| {
         let job = sbatch(args, &call, directory)?;
+        submission.jobs.push(job.clone());
         call.job = Some(job);
         calls.push(call);
-        Ok(())
+        write_submission(&submission, directory)
     };
     let mut submit_each = || -> Result<()> {
         for array in arrays {
@@ -520,22 +562,33 @@ fn submit_all(
         }
         submit(merge_call(calls), calls)
     };
-    let submitted = submit_each();
-    let jobs: Vec<&str> = calls.iter().filter_map(|call| call.job.as_deref()).collect();
-    if let Err(error) = submitted {
-        if jobs.is_empty() {
-            return Err(error);
-        }
-        let scancel = Command::new("scancel").args(&jobs).stdin(Stdio::null()).output();
-        let jobs = count(jobs.len(), "array", "arrays");
-        return Err(match scancel {
-            Ok(output) if output.status.success() => {
-                error.context(format!("{jobs} submitted before were cancelled"))
-            }
-            _ => error.context(format!("{jobs} submitted before could not be cancelled")),
-        });
+    let Err(error) = submit_each() else { return Ok(()) };
+    let jobs = &submission.jobs;
+    let cancelled = match jobs.is_empty() {
+        true => Ok(()),
+        false => match slurm_program("scancel").args(jobs).output() {
+            Ok(output) if output.status.success() => Ok(()),
+            Ok(output) => Err(said(&output.stderr)),
+            Err(error) => Err(error.to_string()),
+        },
+    };
+    if cancelled.is_ok() && is_new {
+        // The refusal of the scheduler matters more than a directory that stays.
+        let _ = fs::remove_dir_all(directory);
     }
-    Ok(())
+    let submitted = match &jobs[..] {
+        [job] => format!("job {job}, submitted before, "),
+        jobs => format!("jobs {}, submitted before, ", jobs.join(", ")),
+    };
+    Err(match cancelled {
+        Ok(()) if jobs.is_empty() => error,
+        Ok(()) if jobs.len() == 1 => error.context(format!("{submitted}was cancelled")),
+        Ok(()) => error.context(format!("{submitted}were cancelled")),
+        Err(reason) => error.context(format!(
+            "{submitted}could not be cancelled (scancel says {reason}); cancel by: scancel {}",
+            jobs.join(" ")
+        )),
+    })
 }
 
 /// Returns the call that submits an array. If only so many elements may run at a time, an array
@@ -582,12 +635,17 @@ fn depend(calls: &[&SbatchCall]) -> String {
 
 /// Submits a job and returns its number.
 fn sbatch(args: &SubmitArgs, call: &SbatchCall, directory: &Path) -> Result<String> {
-    let mut sbatch = Command::new("sbatch");
-    sbatch.args(&call.words).current_dir(directory).stdin(Stdio::null());
+    let mut sbatch = slurm_program("sbatch");
+    sbatch.args(&call.words).current_dir(directory);
+    let is_merge = call.shards.is_empty();
+    let has_memory = args.mem.is_some() || is_merge && args.merge_mem.is_some();
+    let has_time = args.time.is_some() || is_merge && args.merge_time.is_some();
     // What these say would overrule the scripts, or be taken for what the job's own Slurm says.
     let given = [
-        ("SBATCH_TIMELIMIT", args.time.is_some()),
-        ("SBATCH_MEM_PER_NODE", args.mem.is_some()),
+        ("SBATCH_TIMELIMIT", has_time),
+        ("SBATCH_MEM_PER_NODE", has_memory),
+        ("SBATCH_MEM_PER_CPU", has_memory),
+        ("SBATCH_MEM_PER_GPU", has_memory),
         ("SBATCH_PARTITION", args.partition.is_some()),
         ("SBATCH_ACCOUNT", args.account.is_some()),
     ];
@@ -615,8 +673,9 @@ fn sbatch(args: &SubmitArgs, call: &SbatchCall, directory: &Path) -> Result<Stri
 }
 
 /// Variables that change what is submitted.
-const OVERRULING: [&str; 14] = [
+const OVERRULING: [&str; 15] = [
     "SBATCH_ARRAY_INX",
+    "SBATCH_CLUSTERS",
     "SBATCH_CPUS_PER_TASK",
     "SBATCH_ERROR",
     "SBATCH_JOB_NAME",

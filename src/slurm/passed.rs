@@ -47,6 +47,9 @@ const RESERVED: [Reserved; 30] = [
     reserved("version", 'V', "`sbatch --version` prints it"),
 ];
 
+/// The short options of `sbatch` that have a value, which follows in the same word.
+const WITH_VALUE: &str = "ABCDFGJLMNSabcdeimnopqtwx";
+
 /// Checks an option that is to be passed on to `sbatch`.
 ///
 /// # Errors
@@ -65,8 +68,15 @@ pub(crate) fn check_passed(word: &str) -> Result<(), String> {
         // sbatch takes a name for what it begins.
         let exact = RESERVED.iter().find(|option| option.name == name);
         exact.or_else(|| RESERVED.iter().find(|option| option.name.starts_with(name)))
-    } else if let Some(letter) = word.strip_prefix('-').and_then(|short| short.chars().next()) {
-        RESERVED.iter().find(|option| option.letter == Some(letter))
+    } else if let Some((letter, value)) = word.strip_prefix('-').and_then(|short| {
+        let mut letters = short.chars();
+        letters.next().map(|letter| (letter, letters.as_str()))
+    }) {
+        let clash = RESERVED.iter().find(|option| option.letter == Some(letter));
+        if clash.is_none() {
+            check_alone(letter, value, &shown)?;
+        }
+        clash
     } else {
         return Err(format!(
             "`{shown}` would be taken for a script's name; write an option and its value as one \
@@ -78,6 +88,22 @@ pub(crate) fn check_passed(word: &str) -> Result<(), String> {
             "`{shown}` cannot be passed to sbatch, for `submit` decides on --{name}: {advice}"
         )),
         None => Ok(()),
+    }
+}
+
+/// Checks that a short option is one option: a letter with its value, or a letter that has none.
+/// `sbatch` would take what follows another letter for further options, and the next word for a
+/// value that is missing.
+fn check_alone(letter: char, value: &str, shown: &str) -> Result<(), String> {
+    match (WITH_VALUE.contains(letter), value.is_empty()) {
+        (true, true) => {
+            Err(format!("`{shown}` lacks its value, which must follow in the same word"))
+        }
+        (false, false) => Err(format!(
+            "`{shown}` would be taken for several options; write -{letter} alone, and others as \
+             words of their own"
+        )),
+        _ => Ok(()),
     }
 }
 
@@ -118,10 +144,23 @@ mod tests {
     }
 
     #[test]
+    fn a_short_option_is_one_letter_with_its_value() {
+        for word in ["-HW", "-Ha1-3", "-kJx", "-QN2"] {
+            let said = check_passed(word).unwrap_err();
+            assert!(said.contains("would be taken for several options"), "{word}: {said}");
+        }
+        for word in ["-C", "-q"] {
+            assert!(check_passed(word).unwrap_err().contains("lacks its value"), "{word}");
+        }
+    }
+
+    #[test]
     fn other_options_pass() {
         for word in [
             "--constraint=haswell",
             "-Chaswell",
+            "-H",
+            "-qlong",
             "--exclusive",
             "--qos=long",
             "--time-min=5",

@@ -13,8 +13,12 @@ pub(crate) struct Resources {
     pub(crate) cpus: u32,
     /// The memory of a shard as `sbatch` has it.
     pub(crate) memory: Option<String>,
-    /// The time of a shard, and of the merge.
+    /// The time of a shard.
     pub(crate) time: Option<TimeLimit>,
+    /// The memory of the merge as `sbatch` has it.
+    pub(crate) merge_memory: Option<String>,
+    /// The time of the merge.
+    pub(crate) merge_time: Option<TimeLimit>,
     /// The partition of all jobs.
     pub(crate) partition: Option<String>,
     /// The account of all jobs.
@@ -93,7 +97,9 @@ impl Scripts<'_> {
             "--ntasks=1".to_owned(),
             "--cpus-per-task=1".to_owned(),
         ];
-        options.extend(self.resources.time.iter().map(|time| format!("--time={time}")));
+        let Resources { merge_memory, merge_time, .. } = self.resources;
+        options.extend(merge_memory.iter().map(|memory| format!("--mem={memory}")));
+        options.extend(merge_time.iter().map(|time| format!("--time={time}")));
         options.extend(self.common("log/merge-%j.log"));
         let settings = [
             self.program_line(),

@@ -13,15 +13,26 @@ const MAP: &str = "0 1\n1 2\n";
 /// What the programs of Slurm do. They keep what they are told in `told`, and read limits and
 /// refusals from files.
 const PROGRAMS: [(&str, &str); 4] = [
-    ("scontrol", "read -r size < size; echo \"MaxArraySize = $size\"; echo 'MaxJobCount = 50'"),
+    (
+        "scontrol",
+        "case $1:$2 in show:config) ;; show:job)\n\
+         if [ -s silent ]; then sed -i 1d silent; echo 'no answer' >&2; exit 1; fi\n\
+         cat state; exit ;; *) echo \"scontrol $*\" >> told-by-jobs; exit ;; esac\n\
+         read -r size < size; echo \"MaxArraySize = $size\"; echo 'MaxJobCount = 50'",
+    ),
     (
         "sbatch",
         "read -r last < last; job=$((last + 1)); echo \"sbatch $*\" >> told\n\
+         if [ -f environment ]; then env | grep '^S[A-Z]*_' > environment; fi\n\
          if [ \"$job\" = \"$(cat refused)\" ]; then echo 'sbatch: error: Invalid account' >&2; exit 1; fi\n\
          echo $job > last; echo \"$job;cluster\"",
     ),
-    ("squeue", "echo \"squeue $*\" >> told; cat queued"),
-    ("scancel", "echo \"scancel $*\" >> told"),
+    (
+        "squeue",
+        "echo \"squeue $*\" >> told; cat queued\n\
+         if [ -s lost ]; then cat lost >&2; exit 1; fi",
+    ),
+    ("scancel", "echo \"scancel $*\" >> told; if [ -s lost ]; then cat lost >&2; exit 1; fi"),
 ];
 
 /// A directory with a study and a Slurm of its own.
@@ -39,7 +50,15 @@ impl Site {
             fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
         }
         let site = Self(place);
-        for (file, text) in [("size", "8\n"), ("last", "100\n"), ("refused", ""), ("queued", "")] {
+        for (file, text) in [
+            ("size", "8\n"),
+            ("last", "100\n"),
+            ("refused", ""),
+            ("queued", ""),
+            ("lost", ""),
+            ("silent", ""),
+            ("state", "JobState=RUNNING\n"),
+        ] {
             site.set(file, text);
         }
         site
@@ -85,6 +104,11 @@ fn study(jobs: usize) -> String {
          [sweep]\n\"friction.mu\" = [{}]\n",
         values.join(", ")
     )
+}
+
+/// A study of 600 000 points.
+fn huge() -> String {
+    study(1).replace("\"friction.mu\" = [0.01]", "\"friction.mu\" = { from = 0.1, to = 0.9, count = 800 }\nfoundation.base.poisson = { from = 0, to = 0.45, count = 750 }").replace("\"many\"", "\"huge\"")
 }
 
 #[test]
@@ -236,7 +260,11 @@ fn what_the_scheduler_refuses_leaves_nothing() {
     let said = site.submit("many.toml --shards 20");
     assert_eq!(said.code, 1);
     assert!(
-        said.err.starts_with("error: 3 arrays submitted before were cancelled: sbatch refuses")
+        said.err.starts_with(
+            "error: jobs 101, 102, 103, submitted before, were cancelled: sbatch refuses"
+        ),
+        "{}",
+        said.err
     );
     assert!(site.told().ends_with("merge.sh\nscancel 101 102 103\n"));
     site.set("refused", "");
@@ -248,6 +276,7 @@ fn what_the_scheduler_refuses_leaves_nothing() {
 fn mistakes_are_refused_before_anything_is_written() {
     let site = Site::with("small.toml", SMALL);
     site.0.write("bad.toml", "name = \"bad\"\n[scene]\npunch.shape = \"cube\"\n");
+    site.0.write("huge.toml", huge());
     fs::create_dir_all(site.0.path("small-shards")).unwrap();
     site.0.write("small-shards/precious", "");
     let before = site.0.files();
@@ -269,6 +298,8 @@ fn mistakes_are_refused_before_anything_is_written() {
         "small.toml --shards 3 -- script.sh",
         "small.toml --shards 3",
         "small.toml --shards 3 --directory 50%off",
+        "huge.toml --shards 2",
+        "small.toml --shards 3 --merge-mem much",
         "bad.toml --shards 1",
         "none.toml --shards 1",
     ];
@@ -318,4 +349,173 @@ fn a_shard_is_told_to_stop_in_less_than_half_of_its_time() {
     }
     let said = site.submit("small.toml --shards 1 --dry-run");
     assert!(said.out.contains("#SBATCH --signal=B:USR1@120\n"));
+}
+
+#[test]
+fn a_submission_that_cannot_be_taken_back_is_remembered() {
+    let site = Site::with("many.toml", &study(20));
+    site.set("refused", "103");
+    site.set("lost", "scancel: error: Unable to contact slurm controller\n");
+    let said = site.submit("many.toml --shards 20");
+    assert_eq!(said.code, 1);
+    assert!(
+        said.err.starts_with(
+            "error: jobs 101, 102, submitted before, could not be cancelled (scancel says scancel: \
+             error: Unable to contact slurm controller); cancel by: scancel 101 102: sbatch refuses"
+        ),
+        "{}",
+        said.err
+    );
+    let submission: Value =
+        serde_json::from_str(&site.read("many-shards/submission.json")).unwrap();
+    assert_eq!(submission["jobs"], serde_json::json!(["101", "102"]));
+
+    // They still run, or may do so as long as the controller does not answer.
+    site.set("refused", "");
+    site.told();
+    let said = site.submit("many.toml --shards 20");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("not known whether the jobs 101, 102"), "{}", said.err);
+    site.set("lost", "");
+    site.set("queued", "101_0 RUNNING\n");
+    let said = site.submit("many.toml --shards 20");
+    assert!(said.err.ends_with("cancel them by: scancel 101,102\n"), "{}", said.err);
+    assert!(!site.told().contains("sbatch"));
+    // The controller has forgotten them, which is not a failure.
+    site.set("queued", "");
+    site.set("lost", "slurm_load_jobs error: Invalid job id specified\n");
+    let said = site.submit("many.toml --shards 20");
+    assert_eq!(said.code, 0, "{}", said.err);
+}
+
+#[test]
+fn a_shard_of_an_edited_study_is_not_finished_by_the_export_of_the_former() {
+    let site = Site::with("many.toml", &study(20));
+    let run = "run many.toml --shard 1/10 --export exports";
+    assert_eq!(site.0.call(run).code, 0);
+    let line = "many.toml --shards 10 --exports exports --directory";
+    assert_eq!(site.submit(&format!("{line} first")).code, 0);
+    assert!(site.told().starts_with("sbatch --parsable --array=1-7 array.sh 1\n"));
+    site.0.write("many.toml", study(20).replace("80 GPa", "70 GPa"));
+    assert_eq!(site.submit(&format!("{line} second")).code, 0);
+    assert!(site.told().starts_with("sbatch --parsable --array=0-7 array.sh 1\n"));
+}
+
+#[test]
+fn the_merge_has_time_and_memory_of_its_own() {
+    let site = Site::with("small.toml", SMALL);
+    let line = "small.toml --shards 1 --mem 2G --time 30 --dry-run";
+    let merge =
+        |said: Said| said.out.split("== small-shards/merge.sh ==").nth(1).unwrap().to_owned();
+    let script = merge(site.submit(line));
+    assert!(script.contains("#SBATCH --mem=2G\n") && script.contains("#SBATCH --time=30\n"));
+    let said = site.submit(&format!("{line} --merge-mem 64G --merge-time 4:00:00"));
+    assert_eq!(said.out.matches("#SBATCH --mem=2G\n").count(), 1, "the shards keep theirs");
+    let script = merge(said);
+    assert!(script.contains("#SBATCH --mem=64G\n"), "{script}");
+    assert!(script.contains("#SBATCH --time=4:00:00\n"), "{script}");
+}
+
+#[test]
+fn variables_do_not_overrule_what_is_submitted() {
+    let site = Site::with("small.toml", SMALL);
+    site.set("environment", "");
+    let submit = |line: &str| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let mut command = site.0.command(&words);
+        command.env("PATH", format!("{}:/usr/bin:/bin", site.0.path("bin").display()));
+        for variable in ["SBATCH_CLUSTERS", "SLURM_CLUSTERS", "SBATCH_MEM_PER_CPU", "SBATCH_QOS"] {
+            command.env(variable, "7");
+        }
+        assert_eq!(site.0.said(&mut command).code, 0);
+        let environment = site.read("slurm/environment");
+        let names = environment.lines().filter_map(|line| line.split_once('='));
+        let is_slurm = |name: &&str| name.starts_with("SBATCH_") || name.starts_with("SLURM_");
+        names
+            .map(|(name, _)| name)
+            .filter(is_slurm)
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    assert_eq!(submit("submit small.toml --shards 1 --mem 2G"), "SBATCH_QOS");
+    let both = submit("submit small.toml --shards 1 --directory other");
+    assert_eq!(both.split(' ').count(), 2, "{both}");
+    assert!(both.contains("SBATCH_MEM_PER_CPU"), "without --mem it is obeyed: {both}");
+}
+
+/// Runs the script of an array's first element as Slurm does, and returns what it said.
+fn stint(site: &Site, restarts: u32) -> Said {
+    let mut bash = std::process::Command::new("bash");
+    bash.args(["array.sh", "1"]).current_dir(site.0.path("many-shards"));
+    bash.env("PATH", format!("{}:/usr/bin:/bin", site.0.path("bin").display()));
+    bash.env("SLURM_ARRAY_JOB_ID", "101").env("SLURM_ARRAY_TASK_ID", "0");
+    bash.env("SLURM_RESTART_COUNT", restarts.to_string()).env("TMPDIR", site.0.path("tmp"));
+    site.0.said(&mut bash)
+}
+
+/// A study that is submitted as one shard, whose program runs out of time before any job ends.
+fn out_of_time() -> Site {
+    let site = Site::with("many.toml", &study(20));
+    fs::create_dir_all(site.0.path("tmp")).unwrap();
+    assert_eq!(site.submit("many.toml --shards 1").code, 0);
+    let script = site.read("many-shards/array.sh");
+    let line = script.lines().find(|line| line.starts_with("program=")).unwrap();
+    let program = line.strip_prefix("program=").unwrap();
+    let stub = site.0.path("stub");
+    fs::write(&stub, format!("#!/bin/sh\n[ \"$1\" != run ] || exit 75\nexec {program} \"$@\"\n"))
+        .unwrap();
+    fs::set_permissions(&stub, fs::Permissions::from_mode(0o755)).unwrap();
+    let edited = script.replace(line, &format!("program='{}'", stub.display()));
+    site.0.write("many-shards/array.sh", edited);
+    site
+}
+
+#[test]
+fn a_shard_of_which_no_job_ends_in_time_is_not_queued_for_ever() {
+    let site = out_of_time();
+    for restart in 0..3 {
+        let said = stint(&site, restart);
+        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+        assert!(said.out.contains("is not finished, and queues again"), "{}", said.out);
+    }
+    let said = stint(&site, 3);
+    assert_eq!(said.code, 75);
+    assert!(
+        said.out.ends_with("no job ended within the time, 3 times in a row: give more --time\n"),
+        "{}",
+        said.out
+    );
+    assert!(site.read("slurm/told-by-jobs").matches("scontrol requeue 101_0").count() == 3);
+
+    // Submitted anew, it is tried again; results set the count back, and so does a stint that was
+    // cut short by somebody else.
+    for restart in [0, 1, 2] {
+        assert_eq!(stint(&site, restart).code, 0);
+    }
+    let run = "run many-shards/study/many.toml --shard 1/1 --export many-shards/exports";
+    assert_eq!(site.0.call(run).code, 0);
+    for restart in [3, 4, 5] {
+        let said = stint(&site, restart);
+        assert!(said.out.contains("queues again"), "{}", said.out);
+    }
+    assert_eq!(stint(&site, 6).code, 75);
+}
+
+#[test]
+fn a_controller_that_does_not_answer_is_asked_again() {
+    let site = out_of_time();
+    site.set("silent", "1\n");
+    let said = stint(&site, 0);
+    assert!(said.out.contains("queues again"), "{}{}", said.out, said.err);
+    // What is not known is no reason to give up.
+    site.set("silent", "1\n2\n3\n4\n5\n");
+    let said = stint(&site, 1);
+    assert!(said.out.contains("does not learn from the controller"), "{}", said.out);
+    assert!(said.out.contains("queues again"), "{}", said.out);
+    site.set("silent", "");
+    site.set("state", "JobState=CANCELLED\n");
+    let said = stint(&site, 0);
+    assert!(said.out.contains("is not finished, and was cancelled"), "{}", said.out);
+    assert_eq!(said.code, 75);
 }

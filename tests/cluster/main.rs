@@ -149,12 +149,31 @@ fn a_shard_that_runs_out_of_time_goes_on_and_a_cancelled_one_is_missed() {
     assert_eq!(slurm.restarts(&second), 0, "nobody starts a cancelled shard again");
     let log = place.logs("slow-shards");
     assert!(log.contains("is not finished, and was cancelled"), "{log}");
+    assert!(!log.contains("stopping now"), "the signal of one cancellation counts once:\n{log}");
     assert!(log.contains("--shard 2/2"), "the merge says what is missing:\n{log}");
 
     slurm.submit(&place, "slow.toml --shards 2");
     slurm.wait_for_all();
     place.succeed("run slow.toml --store single --workers 2");
     place.assert_same("slow", "single", "slow-shards/slow.tribosweep");
+}
+
+#[test]
+fn a_cluster_ends_with_its_owner_and_nothing_else_is_removed() {
+    let mut owner = Command::new("sleep").arg("600").spawn().unwrap();
+    let slurm = Slurm::start_for(owner.id());
+    owner.kill().unwrap();
+    owner.wait().unwrap();
+    let Some(slurm) = slurm else { return };
+    slurm.wait_for_the_end();
+
+    let place = Place::with(&[("slurm.conf", ""), ("munge", "")]);
+    place.remove("munge");
+    std::fs::create_dir(place.path("munge")).unwrap();
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/slurm-testbed");
+    let output = place.program(script).arg("stop").arg(place.path("")).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(place.has("slurm.conf"), "what `start` has not made stays");
 }
 
 #[test]

@@ -36,7 +36,14 @@ fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
 impl Slurm {
     /// Starts a Slurm whose arrays have at most eight elements; says so where none is installed.
     pub(crate) fn start() -> Option<Self> {
-        let output = script(&["start", "--max-array", "8", "--cpus", "2"]);
+        // It ends with this process, too, however that is killed.
+        Self::start_for(std::process::id())
+    }
+
+    /// Starts a Slurm that ends with a process.
+    pub(crate) fn start_for(owner: u32) -> Option<Self> {
+        let owner = owner.to_string();
+        let output = script(&["start", "--max-array", "8", "--cpus", "2", "--owner", &owner]);
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         if output.status.code() == Some(NOT_INSTALLED) {
             skip(error.trim());
@@ -47,6 +54,23 @@ impl Slurm {
         let prefix = "export SLURM_TESTBED=";
         let directory = said.lines().find_map(|line| line.strip_prefix(prefix)).unwrap();
         Some(Self { directory: directory.into() })
+    }
+
+    /// Waits until the Slurm has ended with its owner, and has left nothing behind.
+    pub(crate) fn wait_for_the_end(self) {
+        wait_until("the testbed is removed", || !self.directory.exists());
+        let daemons = fs::read_dir("/proc").unwrap().flatten().filter(|process| {
+            let command = fs::read(process.path().join("cmdline")).unwrap_or_default();
+            let named = self.directory.to_str().unwrap().as_bytes();
+            command.windows(named.len()).any(|part| part == named)
+        });
+        // The watchdog itself ends when it has removed the directory.
+        let mut daemons: Vec<PathBuf> = daemons.map(|process| process.path()).collect();
+        wait_until("no process is left", || {
+            daemons.retain(|process| process.exists());
+            daemons.is_empty()
+        });
+        std::mem::forget(self);
     }
 
     /// Makes a command speak to this Slurm.

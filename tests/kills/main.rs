@@ -551,11 +551,17 @@ fn stopped(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
             continue;
         }
         running.signal(signal);
+        if signal != Signal::INT && !running.has_ended() {
+            // Slurm sends it to all processes of a job, and the script of the job passes it on.
+            sleep(Duration::from_millis(10));
+            running.signal(signal);
+        }
         let status = running.wait();
         if status.code() == Some(0) {
             continue;
         }
         let said = running.said();
+        assert!(!said.contains("stopping now"), "{said}");
         let kept = place.records();
         assert!(!kept.is_empty() && kept.len() < JOBS);
         let left = JOBS - kept.len();

@@ -5,9 +5,11 @@
 use std::io::ErrorKind;
 use std::os::fd::AsFd;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicI64, Ordering};
 
 use nix::libc;
 use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction};
+use rustix::time::{ClockId, clock_gettime};
 
 use crate::interrupt::Interrupt;
 
@@ -20,6 +22,13 @@ const HEARD: u32 = 2;
 /// The exit code of a process that SIGTERM or SIGUSR1 ends: it should be started again
 /// (EX_TEMPFAIL of `sysexits.h`).
 const TRY_AGAIN: i32 = 75;
+
+/// The time in which further requests for an end in time are the same request \[ms\]. Slurm sends
+/// SIGTERM to all processes of a job, and a script that gets it too may pass it on.
+const SAME_END: i64 = 2000;
+
+/// The time of the last end in time that was counted, by the clock that never goes back \[ms\].
+static LAST_END: AtomicI64 = AtomicI64::new(i64::MIN);
 
 /// Raises a request whenever the process gets SIGINT or SIGHUP, and asks it for an end in time at
 /// SIGTERM and SIGUSR1, by which batch systems tell that the time is up. A signal that is ignored
@@ -46,6 +55,9 @@ extern "C" fn raise(signal: libc::c_int) {
     if let Some(interrupt) = RAISED.get() {
         let is_end = matches!(signal, libc::SIGTERM | libc::SIGUSR1);
         if is_end {
+            if !is_new_end() {
+                return;
+            }
             interrupt.end_in_time();
         } else {
             interrupt.raise();
@@ -56,6 +68,19 @@ extern "C" fn raise(signal: libc::c_int) {
             unsafe { libc::_exit(if is_end { TRY_AGAIN } else { 128 + signal }) }
         }
     }
+}
+
+/// Tells whether a request for an end in time is another one than the last, and remembers it.
+fn is_new_end() -> bool {
+    // clock_gettime(2) may be called in a signal handler.
+    let clock = clock_gettime(ClockId::Monotonic);
+    let now = clock.tv_sec.saturating_mul(1000).saturating_add(clock.tv_nsec / 1_000_000);
+    // Two signals may be handled at the same time by two threads, of which one is first.
+    LAST_END
+        .fetch_update(Ordering::SeqCst, Ordering::SeqCst, |last| {
+            (now.saturating_sub(last) >= SAME_END).then_some(now)
+        })
+        .is_ok()
 }
 
 /// Makes a worker deaf to SIGTERM and SIGUSR1, which batch systems send to all processes of a run:
@@ -98,7 +123,7 @@ extern "C" fn explain(_: libc::c_int) {
 
 fn set(signal: Signal, handler: SigHandler) -> std::io::Result<SigAction> {
     let action = SigAction::new(handler, SaFlags::SA_RESTART, SigSet::empty());
-    // SAFETY: the handlers in this file do nothing but atomic operations, write(2) and _exit(2),
-    // which POSIX allows in a handler.
+    // SAFETY: the handlers in this file do nothing but atomic operations, clock_gettime(2),
+    // write(2) and _exit(2), which POSIX allows in a handler.
     Ok(unsafe { sigaction(signal, &action) }?)
 }
