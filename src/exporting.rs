@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow, bail};
 use identity::JobKey;
 use runner::Interrupt;
-use store::{Blobs, Digest, ExportError, ExportHeader, ExportWriter, ShardName, Store};
+use store::{Blobs, ExportError, ExportHeader, ExportWriter, ShardName, Store};
 use study::{Record, Study};
 
 use crate::merge_rules::{RULES, ShardNote, references};
@@ -64,8 +64,6 @@ struct ExportState {
     /// The path of the study file as it was given.
     file: PathBuf,
     partition: Option<String>,
-    /// The records that the file had when the run began.
-    earlier: HashMap<JobKey, Digest>,
     /// The results in the file, and whether each is certified.
     results: HashMap<JobKey, bool>,
     /// The number of jobs that the study is known to have; 0 as long as that is not known.
@@ -120,7 +118,9 @@ impl Exporter {
             output::say(&format!("{}: {damage}", path.display()));
         }
         writer.flush()?;
-        let earlier = if writer.is_empty() { HashMap::new() } else { restored(&path, store)? };
+        if !writer.is_empty() {
+            restore(&path, store)?;
+        }
         let shared = Arc::new(SharedExport {
             waiting: Mutex::default(),
             changed: Condvar::new(),
@@ -129,7 +129,6 @@ impl Exporter {
                 blobs: store.blobs().clone(),
                 file,
                 partition,
-                earlier,
                 results: HashMap::new(),
                 jobs: 0,
                 fault: None,
@@ -222,10 +221,10 @@ impl Exporter {
     }
 }
 
-/// Gives a store what an export holds, and returns the digests of the records in it.
-fn restored(path: &Path, store: &Store) -> Result<HashMap<JobKey, Digest>> {
+/// Gives a store what an export holds.
+fn restore(path: &Path, store: &Store) -> Result<()> {
     let earlier = Store::read_by(path, &RULES)?;
-    let report = store.import(&[&earlier], &RULES)?;
+    let report = store.import_results(&[&earlier], &RULES)?;
     if let Some(conflict) = report.conflicts.first() {
         bail!(
             "{} has another result of job {} than the store in {}; remove one of them",
@@ -241,8 +240,7 @@ fn restored(path: &Path, store: &Store) -> Result<HashMap<JobKey, Digest>> {
         let results = count(report.added, "result", "results");
         output::say(&format!("goes on from {results} in {}", path.display()));
     }
-    let digest = |(key, bytes): (JobKey, Result<Vec<u8>, _>)| Some((key, Digest::of(&bytes.ok()?)));
-    Ok(earlier.records()?.filter_map(digest).collect())
+    Ok(())
 }
 
 /// Returns true if an export has the definition of a study, whatever the path of its file was.
@@ -298,7 +296,7 @@ impl ExportState {
     fn add(&mut self, key: &JobKey, bytes: &[u8]) -> Result<(), ExportError> {
         let record = Record::decode(bytes).ok();
         let blobs = record.as_ref().map(references).unwrap_or_default();
-        let is_there = self.earlier.get(key) == Some(&Digest::of(bytes))
+        let is_there = self.writer.holds(key, bytes)
             && blobs.iter().all(|digest| self.writer.has_blob(digest));
         if !is_there {
             self.writer.append(key, bytes, &self.blobs, blobs)?;

@@ -84,10 +84,17 @@ fn sharded(shards: &[ShardState], places: &ShardPlaces) -> Vec<ShardedStudy> {
             progress,
             command: places.command(&file, shard, count),
         };
+        let partition = |state: &ShardState| ShardNote::of(state.note.as_deref()?)?.partition;
+        let first = states.iter().find_map(|state| partition(state));
         let there: BTreeSet<u32> = states.iter().map(|state| state.shard.index).collect();
         let unfinished = states.iter().filter_map(|state| {
             let note = state.note.as_deref().and_then(ShardNote::of);
             let progress = match note {
+                Some(note) if note.partition.is_some() && note.partition != first => {
+                    "it was cut by another partition than the first, so that points may be missing; \
+                     remove its export"
+                        .to_owned()
+                }
                 Some(note) if note.finished => return None,
                 Some(ShardNote { jobs, done, failed, left, .. }) => {
                     let lost = match left {

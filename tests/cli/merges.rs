@@ -129,6 +129,21 @@ fn a_merge_says_what_is_missing_and_how_to_compute_it() {
     assert_eq!(place.json("run small.toml --json --store merged")["run"]["cached"], 6);
 }
 
+/// Another version of the program may cut a study elsewhere.
+#[test]
+fn shards_of_two_partitions_do_not_pass_for_a_whole() {
+    let place = sharded();
+    let reader = Store::read(&place.path(".tribosweep")).unwrap();
+    for (index, partition) in [(1, "one"), (2, "one"), (3, "one"), (4, "other")] {
+        let mut note = finished();
+        note["partition"] = partition.into();
+        write_shard(&place, &reader, index, &note);
+    }
+    let merged = place.call("store merge exports --into merged");
+    assert_eq!(merged.code, 2, "{}", merged.out);
+    assert!(merged.out.contains("unfinished 4: it was cut by another partition"), "{}", merged.out);
+}
+
 #[test]
 fn two_machines_that_disagree_are_both_named() {
     let place = sharded();
