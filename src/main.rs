@@ -27,6 +27,7 @@ mod shard_states;
 mod stored;
 mod study_file;
 mod summary;
+mod table_file;
 mod threads;
 mod time_budget;
 mod time_left;

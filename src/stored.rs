@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use store::{Blobs, OpenError, ReadError, RecordOrigin, Store, StoreReader};
 use study::encoding::DecodeError;
 use study::record_format::{decode_fields, job_text};
-use study::{Record, Study};
+use study::{DefinitionError, Record, Study};
 
 use crate::merge_rules::RULES;
 use crate::{output, proposal};
@@ -197,6 +197,19 @@ pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
 /// Reads the study with a name from a store; if there is none, the error names those that are
 /// there.
 pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
+    stored_by(reader, name, Study::from_definition)
+}
+
+/// Reads a study as [`stored_study`] does, which may have more points than one run takes.
+pub(crate) fn stored_large_study(reader: &StoreReader, name: &str) -> Result<Study> {
+    stored_by(reader, name, Study::from_large_definition)
+}
+
+fn stored_by(
+    reader: &StoreReader,
+    name: &str,
+    read: fn(&[u8]) -> Result<Study, DefinitionError>,
+) -> Result<Study> {
     let damaged = || {
         format!(
             "the definition of the study `{name}` is damaged; to run its file again writes it \
@@ -204,8 +217,7 @@ pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
         )
     };
     if let Some(definition) = reader.study(name).with_context(damaged)? {
-        return Study::from_definition(&definition)
-            .with_context(|| format!("the stored study `{name}`"));
+        return read(&definition).with_context(|| format!("the stored study `{name}`"));
     }
     let names = reader.study_names()?;
     let file = Path::new(name);

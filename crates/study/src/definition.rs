@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, encode};
 use crate::error::StudyError;
 use crate::study::Study;
-use crate::study_files::NamedFile;
+use crate::study_files::{NamedFile, ReadFile};
 
 /// The reason why a stored definition is no study.
 #[derive(Debug, thiserror::Error)]
@@ -42,15 +42,32 @@ impl Study {
     ///
     /// Returns an error if the bytes do not decode, or if the text in them is no study.
     pub fn from_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
-        let (path, text, files) = decode::<(String, String, BTreeMap<String, Vec<u8>>), BLOB_LIMIT>(
-            "the study's definition",
-            bytes,
-        )?;
-        let mut read = |name: &str| {
-            let bytes = files.get(name).cloned();
-            let bytes = bytes.ok_or_else(|| "it is not in the study's definition".to_owned())?;
-            Ok(NamedFile { bytes, may_quote: false })
-        };
-        Ok(Study::parse(&text, &path, &mut read)?)
+        read(bytes, Study::parse)
     }
+
+    /// Reads a [`definition`](Study::definition) of a study that may have more points than one run
+    /// takes ([`parse_sharded`](Study::parse_sharded)).
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the bytes do not decode, or if the text in them is no study.
+    pub fn from_large_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
+        read(bytes, Study::parse_sharded)
+    }
+}
+
+/// A reader of a study's text, which gets its path and a reader of the files that it names.
+type Parse = fn(&str, &str, &mut ReadFile<'_>) -> Result<Study, StudyError>;
+
+fn read(bytes: &[u8], parse: Parse) -> Result<Study, DefinitionError> {
+    let (path, text, files) = decode::<(String, String, BTreeMap<String, Vec<u8>>), BLOB_LIMIT>(
+        "the study's definition",
+        bytes,
+    )?;
+    let mut file = |name: &str| {
+        let bytes = files.get(name).cloned();
+        let bytes = bytes.ok_or_else(|| "it is not in the study's definition".to_owned())?;
+        Ok(NamedFile { bytes, may_quote: false })
+    };
+    Ok(parse(&text, &path, &mut file)?)
 }
