@@ -130,8 +130,7 @@ impl<W: Write + Send> ParquetFile<W> {
             return Ok(());
         }
         for (index, column) in self.columns.iter().enumerate() {
-            let widest = block.cells(index).filter_map(cell_type).max();
-            if let Some(cells) = widest.filter(|cells| *cells > column.cells) {
+            if let Some(cells) = block.widest(index).filter(|cells| *cells > column.cells) {
                 let name = column.head.name.clone();
                 return Err(ParquetFault::Wider(WiderCell { name, cells }));
             }
@@ -190,6 +189,13 @@ impl<W: Write + Send> ParquetFile<W> {
     pub fn close(self) -> Result<u64, ParquetFault> {
         let metadata = self.writer.close()?;
         Ok(u64::try_from(metadata.file_metadata().num_rows()).unwrap_or(0))
+    }
+}
+
+impl DataTable {
+    /// Returns the widest type among the cells of a column; `None` if all are missing.
+    pub fn widest(&self, column: usize) -> Option<CellType> {
+        self.cells(column).filter_map(cell_type).max()
     }
 }
 
