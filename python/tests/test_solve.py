@@ -61,13 +61,13 @@ def test_fields_have_coordinates(scene):
 def test_what_makes_no_sense_is_shown_at_its_place(scene):
     scene["friction"] = {"mu": -0.3}
     with pytest.raises(tribosweep.StudyError) as caught:
-        tribosweep.solve(scene)
+        tribosweep.solve(scene, {"mesh": 16})
     assert isinstance(caught.value, ValueError)
     assert "mu = -0.3" in str(caught.value) and "<dict>" in str(caught.value)
     [(line, column, message)] = caught.value.places
     assert caught.value.args[0].splitlines()[1].strip().startswith(f"--> <dict>:{line}:{column}")
     with pytest.raises(tribosweep.StudyError, match="did you mean"):
-        tribosweep.solve({**scene, "friction": {"muu": 0.3}})
+        tribosweep.solve({**scene, "friction": {"muu": 0.3}}, {"mesh": 16})
     with pytest.raises(TypeError, match="punch"):
         tribosweep.solve({**scene, "punch": object()})
     with pytest.raises(tribosweep.Error, match="cannot read the study file"):

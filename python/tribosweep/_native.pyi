@@ -3,6 +3,8 @@ from typing import Any, Optional, Sequence, TypedDict, final
 
 from typing_extensions import NotRequired
 
+__all__ = ["Store", "check", "solve"]
+
 class _Outline(TypedDict):
     name: str
     question: str
