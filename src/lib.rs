@@ -1,6 +1,6 @@
 //! The program `tribosweep`: wires studies, answers, runner, store and report together.
 //!
-//! Each command stands in [`commands`] under its own name. The other files are what several
+//! Each command stands in `commands` under its own name. The other files are what several
 //! commands share: arguments, output, and the way from a study to its stored results. Beside the
 //! commands stands [`library`], by which other languages use the same ways in process.
 #![forbid(unsafe_code)]

@@ -1,5 +1,5 @@
-//! What other languages use in process: one scene is solved, and a store is read, in the same ways
-//! and with the same words as by the commands `solve`, `query` and `show`.
+//! The functions that other languages use in process: one scene is solved, and a store is read, in
+//! the same ways and with the same words as by the commands `solve`, `query` and `show`.
 //!
 //! Nothing here prints or starts a process, and no store is written. Studies are run by the
 //! command, whose coordinator and workers are processes of their own.

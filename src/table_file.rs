@@ -15,7 +15,7 @@ use study::Study;
 pub(crate) enum TableRows<'r> {
     /// A table that is there.
     Whole(DataTable),
-    /// What is chosen of a study, to be read as it is written.
+    /// The rows that are chosen of a study, to be read as it is written.
     Selected { selection: &'r Selection, study: &'r Study, source: &'r dyn Records },
 }
 
