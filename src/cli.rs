@@ -67,7 +67,7 @@ pub(crate) enum Command {
     Answer(AnswerArgs),
     /// Print a study's results as a table
     #[command(
-        after_help = "Examples:\n  tribosweep query stick-zone --where 'mu > 0.3 && mesh == 32' --select mu,poisson,stick_fraction --sort mu\n  tribosweep query stick-zone --sort=-peak_pressure --format csv > results.csv\n  tribosweep query stick-zone --steps --where 'step == 1'     every increment of the loading paths\n  tribosweep query stick-zone --columns      what can be selected"
+        after_help = "Examples:\n  tribosweep query stick-zone --where 'mu > 0.3 && mesh == 32' --select mu,poisson,stick_fraction --sort mu\n  tribosweep query stick-zone --sort=-peak_pressure --format csv > results.csv\n  tribosweep query stick-zone --format parquet --output results.parquet     every column, for pandas, DuckDB and others\n  tribosweep query stick-zone --steps --where 'step == 1'     every increment of the loading paths\n  tribosweep query stick-zone --columns      what can be selected"
     )]
     Query(QueryArgs),
     /// Show one result whole: scene, numbers, certificate, provenance, fields
@@ -314,6 +314,8 @@ pub(crate) enum TableFormat {
     Csv,
     /// An array of objects
     Json,
+    /// Parquet, with every column unless --select names some; needs --output
+    Parquet,
 }
 
 #[derive(Args)]
@@ -335,6 +337,9 @@ pub(crate) struct QueryArgs {
     /// The same as --format json
     #[arg(long, conflicts_with = "format")]
     pub(crate) json: bool,
+    /// Write it to a file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
     /// List the columns that can be selected, and their units
     #[arg(long, conflicts_with_all = ["filter", "select", "sort"])]
     pub(crate) columns: bool,

@@ -77,21 +77,27 @@ pub(crate) fn complain(error: &anyhow::Error) {
             let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
             say_raw(study.render(colours).trim_end());
         }
-        None => {
-            let mut said = String::new();
-            for cause in error.chain().map(ToString::to_string) {
-                // A cause that its effect already quotes is not said twice.
-                if !said.contains(&cause) {
-                    said = if said.is_empty() { cause } else { format!("{said}: {cause}") };
-                }
-            }
-            say(&format!("error: {said}"));
-        }
+        None => say(&format!("error: {}", words(error))),
     }
 }
 
+/// Returns the words of an error with those of its causes.
+pub(crate) fn words(error: &anyhow::Error) -> String {
+    if let Some(study) = study_error(error) {
+        return study.render(false).trim_end().to_owned();
+    }
+    let mut said = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        // A cause that its effect already quotes is not said twice.
+        if !said.contains(&cause) {
+            said = if said.is_empty() { cause } else { format!("{said}: {cause}") };
+        }
+    }
+    said
+}
+
 /// Returns the error as one in a study's file, if it is one.
-fn study_error(error: &anyhow::Error) -> Option<&StudyError> {
+pub(crate) fn study_error(error: &anyhow::Error) -> Option<&StudyError> {
     match error.downcast_ref::<AnswerError>() {
         Some(AnswerError::Study(error)) => Some(error),
         _ => error.downcast_ref::<StudyError>(),

@@ -243,15 +243,45 @@ fn list(names: &[String]) -> String {
 /// Opens a store for reading, or exports. It says so if the numbers come from a running process or
 /// from exports, or if there may be more of them than this process can see.
 pub(crate) fn read_store(directory: &Path) -> Result<StoreReader, OpenError> {
-    let reader = Store::read_by(directory, &RULES)?;
+    let reader = open_to_read(directory)?;
+    reader_notes(&reader).iter().for_each(|note| output::say(note));
+    Ok(reader)
+}
+
+/// Opens a store for reading, or exports, without a word.
+pub(crate) fn open_to_read(directory: &Path) -> Result<StoreReader, OpenError> {
+    Store::read_by(directory, &RULES)
+}
+
+/// Returns what is to be said of the place from which records are read.
+pub(crate) fn reader_notes(reader: &StoreReader) -> Vec<String> {
+    let mut notes = Vec::new();
     match reader.origin() {
         RecordOrigin::Disk => {}
-        origin => output::say(&origin.to_string()),
+        origin => notes.push(origin.to_string()),
     }
     for export in reader.exports() {
         for reason in &export.damage {
-            output::say(&format!("{} is damaged: {reason}", export.path.display()));
+            notes.push(format!("{} is damaged: {reason}", export.path.display()));
         }
     }
-    Ok(reader)
+    notes
+}
+
+/// Returns the only key of a store that begins with some characters.
+pub(crate) fn find_key(reader: &StoreReader, beginning: &str) -> Result<JobKey> {
+    let prefix = beginning.to_ascii_lowercase();
+    let matching: Vec<JobKey> =
+        reader.keys()?.into_iter().filter(|key| key.to_string().starts_with(&prefix)).collect();
+    match matching[..] {
+        [key] => Ok(key),
+        [] => bail!(
+            "no result has a key that begins with `{beginning}`; `{} STUDY` lists keys",
+            proposal::command(reader.blobs().store(), ["query", "--select", "key"])
+        ),
+        _ => bail!(
+            "{} results have keys that begin with `{beginning}`; give more of it",
+            matching.len()
+        ),
+    }
 }

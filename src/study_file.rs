@@ -1,5 +1,6 @@
 //! Study files and the files that they name.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use answers::shards::{Partition, Shard};
@@ -57,6 +58,20 @@ pub(crate) fn read_text(path: &Path) -> Result<String> {
 /// Parses the text of a study file as if it stood at `path`.
 pub(crate) fn parse_study(text: &str, path: &Path) -> Result<Study, study::StudyError> {
     Study::parse(text, &path.display().to_string(), &mut files_beside(path))
+}
+
+/// Parses the text of a study as if it stood at `path`, with files that stand nowhere else.
+pub(crate) fn parse_with_files(
+    text: &str,
+    path: &Path,
+    files: &BTreeMap<String, Vec<u8>>,
+) -> Result<Study, study::StudyError> {
+    let mut beside = files_beside(path);
+    let mut read = |name: &str| match files.get(name) {
+        Some(bytes) => Ok(NamedFile { bytes: bytes.clone(), may_quote: true }),
+        None => beside(name),
+    };
+    Study::parse(text, &path.display().to_string(), &mut read)
 }
 
 /// An edit of a study's text, given with its path, the settings and a reader of the files that it

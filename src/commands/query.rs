@@ -1,73 +1,120 @@
 //! `query`: the results of a study as a table.
 
-use answers::Results;
-use anyhow::{Result, anyhow};
-use report::{Cell, DataTable, FilterError, TableColumn, TableError};
-use study::Study;
-use study::columns::{Role, along_path, nearest_name};
+use answers::{Results, Selection};
+use anyhow::{Context, Result, bail};
+use report::{Cell, DataTable, TableColumn};
+use study::columns::{Role, along_path};
+use study::{MOST_POINTS, Study};
 use wording::escaped_json;
 
 use crate::cli::{QueryArgs, TableFormat};
+use crate::figures;
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, read_store, stored_large_study, stored_study};
+use crate::stored::{StoreSource, read_store, stored_large_study};
 use crate::study_file::part;
+use crate::table_file::{TableRows, write_csv, write_parquet};
 
-/// Prints the results of a study as a table.
+/// Prints the results of a study as a table, or writes them to a file.
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
+    let format = if args.json { TableFormat::Json } else { args.format };
+    if matches!(format, TableFormat::Parquet) && (args.output.is_none() || args.columns) {
+        bail!("--format parquet writes results to a file: --output {}.parquet", args.name);
+    }
     let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
-    let study = match args.shard {
-        None => stored_study(&reader, &args.name)?,
-        Some(shard) => part(&stored_large_study(&reader, &args.name)?, shard)?,
+    let mut selection = Selection {
+        filter: args.filter.clone(),
+        sort: args.sort.clone(),
+        columns: args.select.clone(),
+        steps: args.steps,
     };
+    let mut study = stored_large_study(&reader, &args.name)?;
+    if let Some(shard) = args.shard {
+        study = part(&study, shard)?;
+    }
+    if matches!(format, TableFormat::Parquet) && selection.columns.is_empty() {
+        let all = selection.all_columns(&study);
+        selection.columns = all.into_iter().map(|column| column.name.into_owned()).collect();
+    }
+    let is_file = matches!(format, TableFormat::Parquet | TableFormat::Csv);
+    let is_known = !selection.columns.is_empty() && !args.columns;
+    if is_file && is_known && selection.is_separable(&study) {
+        let rows = TableRows::Selected { selection: &selection, study: &study, source: &source };
+        return write(args, format, rows, &selection, &study);
+    }
+    if args.shard.is_none() && !study.is_listed() && !args.columns {
+        bail!(
+            "the study `{}` has {} points, too many for a table in memory; --format parquet or csv \
+             with --select and without --sort writes them one after the other, and --shard 1/{} a part \
+             of them",
+            args.name,
+            study.len(),
+            study.len().div_ceil(MOST_POINTS)
+        );
+    }
     let results = Results::read(study, &source)?;
-    let meant = |error| with_suggestion(error, results.study());
-    let format = if args.json { TableFormat::Json } else { args.format };
-    let table = if args.columns {
-        columns(results.study(), args.steps)?
-    } else {
-        let selected = if args.select.is_empty() {
-            results.usual_columns(args.steps)?
-        } else {
-            args.select.clone()
-        };
-        let mut table = if args.steps {
-            results.increments()?
-        } else {
-            let mentions = selected.iter().chain(&args.sort).chain(&args.filter);
-            results.table(&mentions.collect::<Vec<_>>())?
-        };
-        if let Some(expression) = &args.filter {
-            table = table.filter(expression).map_err(|error| meant(error.into()))?;
-            if table.rows().is_empty() {
-                output::say("no row matches");
+    if args.columns {
+        return write(
+            args,
+            format,
+            TableRows::Whole(columns(results.study(), args.steps)?),
+            &selection,
+            results.study(),
+        );
+    }
+    if selection.columns.is_empty() {
+        selection.columns = results.usual_columns(args.steps)?;
+    }
+    let table = selection.of(&results)?;
+    if !is_file && args.filter.is_some() && table.rows().is_empty() {
+        output::say("no row matches");
+    }
+    write(args, format, TableRows::Whole(table), &selection, results.study())
+}
+
+/// Writes a table in a format, to standard output or a file.
+fn write(
+    args: &QueryArgs,
+    format: TableFormat,
+    rows: TableRows<'_>,
+    selection: &Selection,
+    study: &Study,
+) -> Result<Finish> {
+    let path = args.output.as_deref();
+    let text = match (format, rows) {
+        (TableFormat::Csv, rows) => {
+            return written(args, write_csv(&rows, path)?);
+        }
+        (TableFormat::Table, TableRows::Whole(table)) => {
+            let text = table.terminal(&layout());
+            if path.is_none() {
+                return output::print(&text);
             }
+            text
         }
-        if !args.sort.is_empty() {
-            table = table.sort(&args.sort).map_err(|error| meant(error.into()))?;
+        (TableFormat::Json, TableRows::Whole(table)) => escaped_json(&table.json()).into_owned(),
+        (_, rows) => {
+            let path = path.context("--format parquet needs --output")?;
+            return written(args, write_parquet(&rows, selection.typed_columns(study)?, path)?);
         }
-        table.select(&selected).map_err(|error| meant(error.into()))?
     };
-    match format {
-        TableFormat::Table => output::print(&table.terminal(&layout())),
-        TableFormat::Csv => output::print_raw(&table.csv()),
-        TableFormat::Json => output::print_raw(&escaped_json(&table.json())),
+    match path {
+        Some(path) => {
+            figures::write(path, text.as_bytes())?;
+            output::print(&format!("{}\n", path.display()))
+        }
+        None => output::print_raw(&text),
     }
 }
 
-/// Returns the error about a column that is not there with the column that others call so, unless
-/// it names one that is spelled like it.
-fn with_suggestion(error: anyhow::Error, study: &Study) -> anyhow::Error {
-    let unknown = match (error.downcast_ref::<TableError>(), error.downcast_ref::<FilterError>()) {
-        (Some(TableError::UnknownColumn(unknown)), _) => unknown,
-        (_, Some(FilterError::UnknownColumn(unknown))) => unknown,
-        _ => return error,
-    };
-    match nearest_name(&study.columns(), &unknown.name) {
-        Some(name) if unknown.close.is_empty() => {
-            anyhow!("there is no column `{}`; did you mean {name}?", unknown.name)
-        }
-        _ => error,
+/// Says which file so many rows were written to, if it was one.
+fn written(args: &QueryArgs, rows: u64) -> Result<Finish> {
+    if args.filter.is_some() && rows == 0 {
+        output::say("no row matches");
+    }
+    match &args.output {
+        Some(path) => output::print(&format!("{}\n", path.display())),
+        None => Ok(Finish::AllDone),
     }
 }
 

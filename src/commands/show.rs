@@ -1,10 +1,9 @@
 //! `show`: one result whole.
 
 use answers::{effects, warnings};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use contact::model::Outcome;
 use contact::punch::Surfaces;
-use identity::JobKey;
 use store::StoreReader;
 use study::Record;
 use wording::escaped_json;
@@ -12,8 +11,8 @@ use wording::escaped_json;
 use crate::cli::ShowArgs;
 use crate::one_result::{UsedFiles, json, path, words};
 use crate::output::{Finish, layout};
-use crate::stored::{read_store, stored_study};
-use crate::{fields, output, proposal, stored};
+use crate::stored::{find_key, read_store, stored_study};
+use crate::{fields, output, stored};
 
 /// Shows one result, its path or one of its fields.
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
@@ -61,24 +60,6 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let mut text = words(&record, fields.as_ref(), &files)?;
     warnings(&record).iter().for_each(|warning| text += &format!("warning: {}\n", warning.words));
     output::print(&text)
-}
-
-/// Returns the only key of a store that begins with some characters.
-fn find_key(reader: &StoreReader, beginning: &str) -> Result<JobKey> {
-    let prefix = beginning.to_ascii_lowercase();
-    let matching: Vec<JobKey> =
-        reader.keys()?.into_iter().filter(|key| key.to_string().starts_with(&prefix)).collect();
-    match matching[..] {
-        [key] => Ok(key),
-        [] => bail!(
-            "no result has a key that begins with `{beginning}`; `{} STUDY` lists keys",
-            proposal::command(reader.blobs().store(), ["query", "--select", "key"])
-        ),
-        _ => bail!(
-            "{} results have keys that begin with `{beginning}`; give more of it",
-            matching.len()
-        ),
-    }
 }
 
 /// Returns the height map or the profiles that a result's scene names, if some study of the store

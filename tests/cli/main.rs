@@ -155,6 +155,35 @@ fn query_selects_sorts_and_keeps() {
 }
 
 #[test]
+fn a_table_is_written_to_a_file_when_it_is_whole() {
+    let place = Place::run();
+    // The first is written row by row, the second is sorted as it is already.
+    let by_row = place.call("query small --select mu,poisson,load --format csv");
+    let whole = place.call("query small --select mu,poisson,load --format csv --sort mu,poisson");
+    assert_eq!((by_row.code, by_row.out.lines().count()), (0, 7));
+    let sorted = |text: &str| {
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        lines.sort();
+        lines
+    };
+    assert_eq!(sorted(&by_row.out), sorted(&whole.out));
+    let said = place.call("query small --select mu,poisson,load --format csv --output loads.csv");
+    assert_eq!((said.code, said.out.as_str()), (0, "loads.csv\n"));
+    assert_eq!(fs::read_to_string(place.path("loads.csv")).unwrap(), by_row.out);
+    let said = place.call("query small --format parquet --output loads.parquet");
+    assert_eq!(said.code, 0);
+    assert!(fs::read(place.path("loads.parquet")).unwrap().ends_with(b"PAR1"));
+    let refused = place.call("query small --format parquet");
+    assert_eq!(refused.code, 1);
+    assert!(refused.err.contains("--output small.parquet"), "{}", refused.err);
+    let refused = place.call("query small --format parquet --select lod --output no.parquet");
+    assert_eq!(refused.code, 1);
+    assert!(refused.err.contains("did you mean load?"), "{}", refused.err);
+    let left = fs::read_dir(place.path(".")).unwrap().map(|entry| entry.unwrap().file_name());
+    assert!(left.into_iter().all(|name| !name.to_string_lossy().contains("no.parquet")));
+}
+
+#[test]
 fn show_finds_a_result_by_the_beginning_of_its_key() {
     let place = Place::run();
     let keys = place.keys();

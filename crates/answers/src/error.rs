@@ -25,6 +25,14 @@ pub enum AnswerError {
     /// Rows do not fit together as a table.
     #[error(transparent)]
     Table(#[from] TableError),
+    /// There is no such column, but one that others call so.
+    #[error("there is no column `{name}`; did you mean {meant}?")]
+    OtherName {
+        /// The name that was given.
+        name: String,
+        /// The column that is probably meant.
+        meant: String,
+    },
     /// The results cannot be read.
     #[error(transparent)]
     Records(RecordsError),

@@ -15,7 +15,7 @@
 //! - `kind` says of each kind of study what is done with its jobs ([`perform`], [`forecast`]) and
 //!   how it answers.
 //! - [`shards`] cuts a study into parts for machines that do not know of each other.
-//! - [`Results`] puts these together.
+//! - [`Results`] puts these together, and a [`Selection`] of it is a table.
 #![forbid(unsafe_code)]
 
 pub mod choice;
@@ -33,6 +33,7 @@ mod place;
 mod records;
 mod results;
 pub mod rows;
+mod selection;
 pub mod shards;
 mod solutions;
 #[cfg(test)]
@@ -51,5 +52,6 @@ pub use perform::Performed;
 pub use place::StudyPlace;
 pub use records::{RecordMap, Records, RecordsError};
 pub use results::{FigureRows, Progress, Results};
+pub use selection::Selection;
 pub use undrawn::Undrawn;
 pub use warnings::{Warning, warnings};

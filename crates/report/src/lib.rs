@@ -5,7 +5,8 @@
 //!
 //! - [`DataTable`] holds the results of a study: named columns with units and rows of [`Cell`]s. It
 //!   can be narrowed with [`select`](DataTable::select), [`sort`](DataTable::sort) and
-//!   [`filter`](DataTable::filter) and written as text for a terminal, CSV or JSON.
+//!   [`filter`](DataTable::filter) and written as text for a terminal, CSV or
+//!   JSON, and block by block as Parquet ([`ParquetFile`]).
 //! - [`PlotFigure`] is a row of line charts, made by hand or from a table, drawn as SVG, with bands
 //!   between bounds, fitted lines ([`fit`]) and the front of the cheapest points
 //!   ([`pareto_front`]).
@@ -62,4 +63,7 @@ pub use plot::{
     PlotPanel, Series, SketchAxis, Style,
 };
 pub use png::{PngError, png};
-pub use table::{Cell, DataTable, TableColumn, TableError, TerminalLayout, UnknownColumn};
+pub use table::{
+    Cell, CellType, DataTable, ParquetFault, ParquetFile, TableColumn, TableError, TerminalLayout,
+    TypedColumn, UnknownColumn, WiderCell,
+};

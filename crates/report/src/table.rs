@@ -7,11 +7,13 @@ mod cell;
 mod csv;
 mod error;
 mod json;
+mod parquet;
 mod rows;
 mod terminal;
 
 pub use cell::Cell;
 pub(crate) use cell::compare_exactly;
 pub use error::{TableError, UnknownColumn};
+pub use parquet::{CellType, ParquetFault, ParquetFile, TypedColumn, WiderCell};
 pub use rows::{DataTable, TableColumn};
 pub use terminal::TerminalLayout;

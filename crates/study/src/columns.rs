@@ -18,6 +18,7 @@ use crate::axis::SweepAxis;
 use crate::key::Key;
 use crate::suggestion::nearest;
 use crate::units::Dimension;
+use crate::value::ValueType;
 
 pub(crate) mod column;
 pub(crate) mod common;
@@ -43,14 +44,14 @@ pub(crate) fn columns<'a>(
             axis.key().map_or((Dimension::Pure, "label of the table"), |key| {
                 (key.dimension(), key.meaning())
             });
-        let is_numeric = axis.key().is_some_and(|key| key.quantity().is_numeric());
+        let values = axis.key().map_or(ValueType::Text, |key| key.quantity().values());
         columns.push(Column {
             name: axis.column(),
             dimension,
             role: Role::Axis,
             meaning,
             label: None,
-            is_numeric,
+            values,
             source: ColumnSource::Axis(index),
         });
     }
@@ -84,7 +85,7 @@ pub(crate) fn columns<'a>(
                 role: Role::Key,
                 meaning,
                 label: None,
-                is_numeric: key.quantity().is_numeric(),
+                values: key.quantity().values(),
                 source: ColumnSource::Key(key),
             });
         }

@@ -18,9 +18,6 @@ pub enum DefinitionError {
     Study(#[from] StudyError),
 }
 
-/// A reader of the text of a study, which is given with its path and a reader of its files.
-type Parse = fn(&str, &str, &mut ReadFile<'_>) -> Result<Study, StudyError>;
-
 impl Study {
     /// Returns the bytes of everything that is needed to read the study again when its files are
     /// gone: its path, its text and the files that it names.
@@ -50,29 +47,32 @@ impl Study {
     ///
     /// Returns an error if the bytes do not decode, or if the text in them is no study.
     pub fn from_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
-        Self::defined(bytes, Study::parse)
+        read(bytes, Study::parse)
     }
 
     /// Reads a [`definition`](Study::definition) of a study that may have more points than one run
-    /// takes, as [`parse_sharded`](Study::parse_sharded) does.
+    /// takes ([`parse_sharded`](Study::parse_sharded)).
     ///
     /// # Errors
     ///
     /// Returns an error if the bytes do not decode, or if the text in them is no study.
     pub fn from_large_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
-        Self::defined(bytes, Study::parse_sharded)
+        read(bytes, Study::parse_sharded)
     }
+}
 
-    fn defined(bytes: &[u8], parse: Parse) -> Result<Study, DefinitionError> {
-        let (path, text, files) = decode::<(String, String, BTreeMap<String, Vec<u8>>), BLOB_LIMIT>(
-            "the study's definition",
-            bytes,
-        )?;
-        let mut read = |name: &str| {
-            let bytes = files.get(name).cloned();
-            let bytes = bytes.ok_or_else(|| "it is not in the study's definition".to_owned())?;
-            Ok(NamedFile { bytes, may_quote: false })
-        };
-        Ok(parse(&text, &path, &mut read)?)
-    }
+/// A reader of a study's text, which gets its path and a reader of the files that it names.
+type Parse = fn(&str, &str, &mut ReadFile<'_>) -> Result<Study, StudyError>;
+
+fn read(bytes: &[u8], parse: Parse) -> Result<Study, DefinitionError> {
+    let (path, text, files) = decode::<(String, String, BTreeMap<String, Vec<u8>>), BLOB_LIMIT>(
+        "the study's definition",
+        bytes,
+    )?;
+    let mut file = |name: &str| {
+        let bytes = files.get(name).cloned();
+        let bytes = bytes.ok_or_else(|| "it is not in the study's definition".to_owned())?;
+        Ok(NamedFile { bytes, may_quote: false })
+    };
+    Ok(parse(&text, &path, &mut file)?)
 }

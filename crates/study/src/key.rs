@@ -14,6 +14,7 @@ use std::borrow::Cow;
 use contact::model::{Effect, Foundation, Loading};
 
 use crate::units::Dimension;
+use crate::value::ValueType;
 
 /// The values that may stand behind a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,9 +82,15 @@ impl Quantity {
         }
     }
 
-    /// Returns whether the values are numbers.
-    pub(crate) fn is_numeric(self) -> bool {
-        matches!(self, Quantity::Number(_) | Quantity::Count | Quantity::Mesh | Quantity::List(_))
+    /// Returns the kind of the values. A mesh that is a pair is a text in tables.
+    pub(crate) fn values(self) -> ValueType {
+        match self {
+            Quantity::Number(_) => ValueType::Number,
+            Quantity::Count | Quantity::Mesh | Quantity::List(_) => ValueType::Integer,
+            Quantity::Choice(_) | Quantity::Text | Quantity::LengthUnit | Quantity::Effects => {
+                ValueType::Text
+            }
+        }
     }
 }
 

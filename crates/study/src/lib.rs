@@ -76,4 +76,4 @@ pub use provenance::Provenance;
 pub use record::{Ending, Record, Standing};
 pub use study::{MOST_POINTS, MOST_SHARDS, Study};
 pub use study_files::{NamedFile, ReadFile};
-pub use value::Value;
+pub use value::{Value, ValueType};

@@ -145,6 +145,11 @@ impl Study {
         &self.files.surfaces
     }
 
+    /// Returns the names and bytes of the files that it has read.
+    pub fn read_files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.files.bytes.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
+    }
+
     /// Returns the text of the file.
     pub fn text(&self) -> &str {
         &self.text

@@ -17,6 +17,17 @@ pub enum Value {
     Missing,
 }
 
+/// The kind of the values of a column, apart from missing ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ValueType {
+    /// Numbers.
+    Number,
+    /// Whole numbers.
+    Integer,
+    /// Texts.
+    Text,
+}
+
 impl Value {
     /// Returns the number, whole or not; `None` for texts and missing values.
     pub fn as_f64(&self) -> Option<f64> {

@@ -16,8 +16,13 @@ impl DataTable {
     /// A text that begins with `=`, `+`, `-`, `@`, a tab or a line end gets a `'` in front, because
     /// spreadsheets compute what begins so. Numbers never do.
     pub fn csv(&self) -> String {
-        let header = self.columns().iter().map(|c| inert(&c.name)).collect();
-        let rows = self.rows().iter().map(|row| {
+        let header: Vec<String> = self.columns().iter().map(|c| inert(&c.name)).collect();
+        write([header]) + &self.csv_rows()
+    }
+
+    /// Writes the rows as CSV without their header, to follow those of another table.
+    pub fn csv_rows(&self) -> String {
+        write(self.rows().iter().map(|row| {
             row.iter()
                 .map(|cell| match cell {
                     Cell::Number(x) => exact(*x),
@@ -25,9 +30,8 @@ impl DataTable {
                     Cell::Text(text) => inert(text),
                     Cell::Missing => String::new(),
                 })
-                .collect()
-        });
-        write(std::iter::once(header).chain(rows))
+                .collect::<Vec<String>>()
+        }))
     }
 }
 

@@ -150,6 +150,18 @@ impl DataTable {
         Ok(sorted)
     }
 
+    /// Returns the table with the rows of another one after its own. Both have the same columns.
+    pub fn followed_by(mut self, other: DataTable) -> DataTable {
+        debug_assert_eq!(self.columns, other.columns, "tables of different columns");
+        self.rows.extend(other.rows);
+        self
+    }
+
+    /// Returns the columns without any row.
+    pub fn without_rows(&self) -> DataTable {
+        DataTable { columns: self.columns.clone(), rows: Vec::new() }
+    }
+
     /// Returns the table with the rows for which `keep`, which has an element per row, is true.
     pub(crate) fn keep(&self, keep: &[bool]) -> DataTable {
         let rows = self

@@ -10,7 +10,7 @@ use crate::point::StudyPoint;
 use crate::record::Record;
 use crate::settings;
 use crate::units::Dimension;
-use crate::value::Value;
+use crate::value::{Value, ValueType};
 
 /// The origin of a column's values, by which tables group their columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -60,7 +60,7 @@ pub struct Column {
     pub meaning: &'static str,
     /// The name in pictures, if that is not made of the words of `name`.
     pub(crate) label: Option<&'static str>,
-    pub(crate) is_numeric: bool,
+    pub(crate) values: ValueType,
     pub(crate) source: ColumnSource,
 }
 
@@ -159,6 +159,11 @@ impl Column {
 
     /// Returns whether its values are numbers, apart from missing ones.
     pub fn is_numeric(&self) -> bool {
-        self.is_numeric
+        self.values != ValueType::Text
+    }
+
+    /// Returns the kind of its values. A mesh is a whole number, or a text where it is a pair.
+    pub fn values(&self) -> ValueType {
+        self.values
     }
 }

@@ -11,10 +11,10 @@ use crate::value::Value;
 
 /// The columns that only tables of increments have.
 pub(crate) const PLACE: &[Column] = result_columns! {
-    Place "step" ("load step") Pure "index of the load step" integer!(step);
-    Place "cycle" Pure "which time the cycle is run through, counted from 1; 0 outside of one"
+    Place "step" ("load step") Count "index of the load step" integer!(step);
+    Place "cycle" Count "which time the cycle is run through, counted from 1; 0 outside of one"
         integer!(cycle);
-    Place "increment" Pure "number of the increment along the path, counted from 1"
+    Place "increment" Count "number of the increment along the path, counted from 1"
         ColumnSource::Outcome(increments);
 };
 
@@ -34,9 +34,9 @@ pub(crate) const PROVENANCE: &[Column] = result_columns! {
     Provenance "spread" Pure
         "of a job that is solved several times, the range of its times over their median"
         ColumnSource::Record(spread);
-    Provenance "attempt" Pure "attempt that succeeded, counted from 1"
+    Provenance "attempt" Count "attempt that succeeded, counted from 1"
         ColumnSource::Record(|record| of_run(record, record.provenance.attempt));
-    Provenance "worker" Pure "worker that computed it"
+    Provenance "worker" Count "worker that computed it"
         ColumnSource::Record(|record| of_run(record, record.provenance.worker));
     Provenance "finished" ("time of finishing") Text "when it was finished, UTC"
         ColumnSource::Record(finished);

@@ -1,13 +1,15 @@
 //! The notation in which lists of columns of results are written.
 
 /// Makes a list of columns. Each line gives the role, the name, a label in parentheses if the words
-/// of the name are none, the dimension (`Text` if the values are texts), the meaning and the
-/// source.
+/// of the name are none, the dimension (`Text` if the values are texts, `Count` if they are whole
+/// numbers), the meaning and the source.
 macro_rules! result_columns {
     (@dimension Text) => { $crate::units::Dimension::Pure };
+    (@dimension Count) => { $crate::units::Dimension::Pure };
     (@dimension $dimension:ident) => { $crate::units::Dimension::$dimension };
-    (@is_numeric Text) => { false };
-    (@is_numeric $dimension:ident) => { true };
+    (@values Text) => { $crate::value::ValueType::Text };
+    (@values Count) => { $crate::value::ValueType::Integer };
+    (@values $dimension:ident) => { $crate::value::ValueType::Number };
     (@label) => { None };
     (@label $label:literal) => { Some($label) };
     ($(
@@ -20,7 +22,7 @@ macro_rules! result_columns {
             role: $crate::columns::column::Role::$role,
             meaning: $meaning,
             label: result_columns!(@label $($label)?),
-            is_numeric: result_columns!(@is_numeric $dimension),
+            values: result_columns!(@values $dimension),
             source: $source,
         },)*]
     };

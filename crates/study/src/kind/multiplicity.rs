@@ -62,7 +62,7 @@ macro_rules! searched {
 
 /// The columns of searches for every solution.
 pub(crate) const SEARCH: &[Column] = result_columns! {
-    Observable "solutions" Pure "distinct certified solutions that were found"
+    Observable "solutions" Count "distinct certified solutions that were found"
         searched!(|found| Value::Integer(found.solutions.len() as u64));
     Observable "index_sum" Pure
         "sum of the solutions' indices; anything but 1 says that one was missed"
@@ -84,17 +84,17 @@ pub(crate) const SEARCH: &[Column] = result_columns! {
     Certificate "error" Pure
         "largest distance of a solution from the exact one, relative, to first order"
         searched!(|found| largest(found, |solution| solution.error));
-    Work "tried" Pure "starts tried, one for each method"
+    Work "tried" Count "starts tried, one for each method"
         searched!(|found| Value::Integer(found.starts));
-    Work "failed_starts" Pure "starts that led to no certified solution"
+    Work "failed_starts" Count "starts that led to no certified solution"
         searched!(|found| Value::Integer(found.failed));
-    Work "beyond" Pure "starts that led to solutions beyond the ones kept"
+    Work "beyond" Count "starts that led to solutions beyond the ones kept"
         searched!(|found| Value::Integer(found.beyond));
-    Work "iterations" Pure "iterations of all solvers"
+    Work "iterations" Count "iterations of all solvers"
         searched!(|found| Value::Integer(found.work.iterations));
-    Work "operator_applications" Pure "applications of the operator by all solvers"
+    Work "operator_applications" Count "applications of the operator by all solvers"
         searched!(|found| Value::Integer(found.work.operator_applications));
-    Work "factorisations" Pure "dense matrices factored"
+    Work "factorisations" Count "dense matrices factored"
         searched!(|found| Value::Integer(found.factorisations));
 };
 

@@ -51,7 +51,7 @@ macro_rules! number {
 
 /// The columns of solutions.
 pub(crate) const SOLUTION: &[Column] = result_columns! {
-    Status "increments" Pure
+    Status "increments" Count
         "increments of the loading path that were followed; where it failed, it failed at the last"
         ColumnSource::Outcome(increments);
     Observable "at_approach" Length "approach that was reached" number!(motion.approach);
@@ -77,7 +77,7 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
         ColumnSource::Observed(|o| ratio(o.stick_area, o.contact_area));
     Observable "contact_radius" Length "radius of the disk of the contact area"
         ColumnSource::Observed(|o| Value::Number((o.contact_area / std::f64::consts::PI).sqrt()));
-    Observable "patches" ("number of patches") Pure "separate regions in contact"
+    Observable "patches" ("number of patches") Count "separate regions in contact"
         integer!(observables.patches);
     Observable "sole_area" ("area of the sole") Area "area that could be in contact"
         number!(observables.sole_area);
@@ -87,9 +87,9 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
         ColumnSource::Observed(|o| ratio(o.sole_area - o.contact_area, o.sole_area));
     Observable "largest_gap" Length "largest gap where contact could be"
         number!(observables.largest_gap);
-    Observable "contact_elements" Pure "elements in contact" integer!(observables.contact_elements);
-    Observable "stick_elements" Pure "elements that stick" integer!(observables.stick_elements);
-    Observable "slip_elements" Pure "elements that slip" integer!(observables.slip_elements);
+    Observable "contact_elements" Count "elements in contact" integer!(observables.contact_elements);
+    Observable "stick_elements" Count "elements that stick" integer!(observables.stick_elements);
+    Observable "slip_elements" Count "elements that slip" integer!(observables.slip_elements);
     Observable "peak_pressure" Pressure "largest pressure" number!(observables.peak_pressure);
     Observable "peak_traction" Pressure "largest tangential traction"
         number!(observables.peak_traction);
@@ -152,12 +152,12 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
     Observable "wheelset_height" Length
         "height of the wheelset below where its rolling radius reaches the rails' tops"
         ColumnSource::Outcome(|o| rail(o, |r| r.wheelset_height));
-    Observable "ceiling_elements" Pure "elements at the pressure ceiling"
+    Observable "ceiling_elements" Count "elements at the pressure ceiling"
         integer!(observables.ceiling_elements);
-    Observable "edge_elements" Pure "elements in contact at the edge of Ω; above 0, Ω is too small"
+    Observable "edge_elements" Count "elements in contact at the edge of Ω; above 0, Ω is too small"
         integer!(observables.edge_elements);
-    Observable "mesh_x" ("elements along x") Pure "elements along x" integer!(observables.mesh_x);
-    Observable "mesh_y" ("elements along y") Pure "elements along y" integer!(observables.mesh_y);
+    Observable "mesh_x" ("elements along x") Count "elements along x" integer!(observables.mesh_x);
+    Observable "mesh_y" ("elements along y") Count "elements along y" integer!(observables.mesh_y);
     Observable "element_x" ("element size along x") Length "element size along x"
         number!(observables.element_x);
     Observable "element_y" ("element size along y") Length "element size along y"
@@ -203,9 +203,9 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
         number!(certificate.slip_angle);
     Certificate "force_imbalance" Pure "imbalance of forces over the load"
         number!(certificate.force_imbalance);
-    Work "iterations" Pure "iterations of the solver along the whole path"
+    Work "iterations" Count "iterations of the solver along the whole path"
         ColumnSource::Outcome(|outcome| Value::Integer(outcome.work().iterations));
-    Work "operator_applications" Pure "applications of the operator along the whole path"
+    Work "operator_applications" Count "applications of the operator along the whole path"
         ColumnSource::Outcome(|outcome| Value::Integer(outcome.work().operator_applications));
     Work "way" Text "method that solved it, or was tried last: the last resort along the path"
         ColumnSource::Outcome(|outcome| {

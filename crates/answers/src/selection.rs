@@ -1,0 +1,169 @@
+//! A table of a study's results: which rows and columns of it, and in which order.
+
+use report::{CellType, DataTable, FilterError, TableColumn, TableError, TypedColumn};
+use study::columns::{Row, along_path, nearest_name};
+use study::{Column, Study, StudyPoint, ValueType};
+
+use crate::error::AnswerError;
+use crate::records::Records;
+use crate::results::Results;
+use crate::rows::{heads, increments, row};
+
+/// The points whose results are read at a time where a table is made in blocks: 16 384 take some
+/// 100 MiB with every column.
+const POINTS_AT_ONCE: usize = 16_384;
+
+/// The cells from which on a block is complete.
+const CELLS_OF_A_BLOCK: usize = 1 << 20;
+
+/// A choice of rows and columns.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// The condition that the rows meet; none keeps all.
+    pub filter: Option<String>,
+    /// The columns to sort by, of which the first decides; `-name` sorts downwards.
+    pub sort: Vec<String>,
+    /// The columns, by name.
+    pub columns: Vec<String>,
+    /// The rows are the increments of loading paths in place of their ends.
+    pub steps: bool,
+}
+
+impl Selection {
+    /// Returns the rows and columns that are chosen of some results.
+    ///
+    /// # Errors
+    /// There is no such column, the condition cannot be evaluated, or the fields of a record that
+    /// is compared cannot be read.
+    pub fn of(&self, results: &Results<'_>) -> Result<DataTable, AnswerError> {
+        let table = if self.steps {
+            results.increments()?
+        } else {
+            let mentions = self.columns.iter().chain(&self.sort).chain(&self.filter);
+            results.table(&mentions.collect::<Vec<_>>())?
+        };
+        self.chosen(table).map_err(|error| suggested(error, results.study()))
+    }
+
+    fn chosen(&self, mut table: DataTable) -> Result<DataTable, AnswerError> {
+        if let Some(expression) = &self.filter {
+            table = table.filter(expression)?;
+        }
+        if !self.sort.is_empty() {
+            table = table.sort(&self.sort)?;
+        }
+        Ok(table.select(&self.columns)?)
+    }
+
+    /// Returns whether the rows of a study can be made a few at a time: none depends on another,
+    /// and they stay in their order.
+    pub fn is_separable(&self, study: &Study) -> bool {
+        let mentions = || self.columns.iter().chain(&self.filter);
+        let compares = study.columns().iter().any(|column| {
+            column.unknown_in_choosing().is_some()
+                && mentions().any(|mention| mention.contains(column.name.as_ref()))
+        });
+        study.adaptive().is_none() && self.sort.is_empty() && !compares
+    }
+
+    /// Visits the rows that are chosen of a study in blocks, of which one at a time is in memory.
+    ///
+    /// # Errors
+    /// There is no such column, the condition cannot be evaluated, a record cannot be read, or the
+    /// visitor fails.
+    pub fn visit<E: From<AnswerError>>(
+        &self,
+        study: &Study,
+        source: &dyn Records,
+        mut visitor: impl FnMut(&DataTable) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let columns = self.all_columns(study);
+        let mut indices = study.indices().peekable();
+        let mut block: Option<DataTable> = None;
+        while block.is_none() || indices.peek().is_some() {
+            let points: Vec<StudyPoint> = indices
+                .by_ref()
+                .take(POINTS_AT_ONCE)
+                .filter_map(|index| study.point(index))
+                .collect();
+            let table = self.read(&columns, &points, source)?;
+            let chosen = self.chosen(table).map_err(|error| suggested(error, study))?;
+            let gathered = match block.take() {
+                Some(block) => block.followed_by(chosen),
+                None => chosen,
+            };
+            if gathered.rows().len() * gathered.columns().len() >= CELLS_OF_A_BLOCK {
+                visitor(&gathered)?;
+                block = Some(gathered.without_rows());
+            } else {
+                block = Some(gathered);
+            }
+        }
+        block.iter().try_for_each(visitor)
+    }
+
+    /// Makes the rows of some points with every column.
+    fn read(
+        &self,
+        columns: &[Column],
+        points: &[StudyPoint],
+        source: &dyn Records,
+    ) -> Result<DataTable, AnswerError> {
+        let mut keys: Vec<_> = points.iter().map(|point| point.key).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let records = source.select(&keys).map_err(AnswerError::Records)?;
+        let with_record = points.iter().filter_map(|point| Some((point, records.get(&point.key)?)));
+        if self.steps {
+            return increments(columns, with_record);
+        }
+        let rows = points.iter().map(|point| {
+            row(columns, &Row { point, record: records.get(&point.key), compared: None })
+        });
+        Ok(DataTable::new(heads(columns), rows.collect())?)
+    }
+
+    /// Returns every column that there is to choose from.
+    pub fn all_columns(&self, study: &Study) -> Vec<Column> {
+        if self.steps { along_path(study.columns()) } else { study.columns() }
+    }
+
+    /// Returns the columns that are chosen with the types of their cells.
+    ///
+    /// # Errors
+    /// There is no such column.
+    pub fn typed_columns(&self, study: &Study) -> Result<Vec<TypedColumn>, AnswerError> {
+        let all = self.all_columns(study);
+        let heads = DataTable::new(heads(&all), Vec::new())?;
+        let typed = |name: &String| {
+            let column = &all[heads.column(name).map_err(TableError::from)?];
+            Ok(TypedColumn {
+                head: TableColumn::new(column.name.as_ref(), column.unit()),
+                meaning: column.meaning.to_owned(),
+                cells: match column.values() {
+                    ValueType::Integer => CellType::Integer,
+                    ValueType::Number => CellType::Number,
+                    ValueType::Text => CellType::Text,
+                },
+            })
+        };
+        let columns: Result<Vec<_>, AnswerError> = self.columns.iter().map(typed).collect();
+        columns.map_err(|error| suggested(error, study))
+    }
+}
+
+/// Returns the error about a column that is not there with the column that others call so, unless
+/// it names one that is spelled like it.
+fn suggested(error: AnswerError, study: &Study) -> AnswerError {
+    let unknown = match &error {
+        AnswerError::Table(TableError::UnknownColumn(unknown))
+        | AnswerError::Filter(FilterError::UnknownColumn(unknown)) => unknown,
+        _ => return error,
+    };
+    match nearest_name(&study.columns(), &unknown.name) {
+        Some(meant) if unknown.close.is_empty() => {
+            AnswerError::OtherName { name: unknown.name.clone(), meant: meant.to_owned() }
+        }
+        _ => error,
+    }
+}

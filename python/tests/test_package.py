@@ -1,0 +1,77 @@
+import doctest
+import pathlib
+import subprocess
+import sys
+import sysconfig
+import tomllib
+
+import pytest
+
+import tribosweep
+from tribosweep import _result, _store, _study, _text
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize("module", [_result, _study, _store, _text])
+def test_the_examples_of_the_documentation_run(module):
+    assert doctest.testmod(module).failed == 0
+
+
+def test_the_example_of_the_readme_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("TRIBOSWEEP_STORE", raising=False)
+    text = (ROOT / "README.md").read_text()
+    example = text.split("```python\n")[1].split("```")[0]
+    (tmp_path / "sweeps").symlink_to(ROOT / "sweeps")
+    names = {}
+    exec(compile(example, "README.md", "exec"), names)
+    frame = names["frame"]
+    assert len(frame) > 0 and (frame.mu > 0.3).all()
+    assert frame.attrs["units"]["stick_area"] == "m²"
+
+
+def test_stubs_agree_with_the_module():
+    pytest.importorskip("mypy")
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy.stubtest", "tribosweep._native", "--concise"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_command_comes_with_the_package():
+    assert tribosweep.program().startswith(sysconfig.get_path("scripts"))
+    said = subprocess.run([tribosweep.program(), "--version"], stdout=subprocess.PIPE, text=True)
+    assert said.stdout.startswith("tribosweep ")
+
+
+def test_a_dictionary_becomes_the_text_of_a_study():
+    given = {
+        "name": 'a "quoted"\n\x7fname',
+        "scene": {"friction": {"mu": 0.1}, "list": [{"a": 1e-9}, {"b": True}], "n": float("inf")},
+        "sweep": {"foundation.layers[0].thickness": [1, 2.5], "friction.mu": range(2)},
+    }
+    text, files = _text.study_text(given)
+    read = tomllib.loads(text)
+    assert read["name"] == given["name"] and read["scene"] == given["scene"] and files == {}
+    assert read["sweep"]["foundation.layers[0].thickness"] == [1, 2.5]
+    assert read["sweep"]["friction"]["mu"] == [0, 1]
+
+
+def test_the_notebook_runs_and_has_the_numbers_of_query(tmp_path, monkeypatch):
+    nbformat = pytest.importorskip("nbformat")
+    client = pytest.importorskip("nbclient")
+    pytest.importorskip("matplotlib")
+    monkeypatch.setenv("TRIBOSWEEP_STORE", str(tmp_path / "store"))
+    notebook = nbformat.read(ROOT / "docs" / "coating.ipynb", as_version=4)
+    client.NotebookClient(notebook, timeout=100, kernel_name="python3").execute(cwd=str(tmp_path))
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert any("image/png" in output.get("data", {}) for output in outputs), "a figure is drawn"
+    frame = tribosweep.open(tmp_path / "store")["coated-sphere"].query(
+        select="layer0_shear_modulus,stick_fraction", sort="layer0_shear_modulus"
+    )
+    said = [o["text"] for o in outputs if o.get("name") == "stdout"][-1]
+    assert said.split() == [repr(float(value)) for value in frame.stick_fraction]

@@ -1,0 +1,112 @@
+import json
+import multiprocessing
+import subprocess
+import threading
+
+import numpy as np
+import pytest
+
+import tribosweep
+
+
+def test_a_scene_is_solved_as_the_command_solves_it(scene, tmp_path):
+    result = tribosweep.solve(scene, {"mesh": 24})
+    study = tribosweep.Study({"name": "same", "scene": scene, "numerics": {"mesh": 24}})
+    file = tmp_path / "same.toml"
+    file.write_text(study.text)
+    said = subprocess.run(
+        [tribosweep.program(), "solve", file, "--json"], stdout=subprocess.PIPE, check=True
+    )
+    told = json.loads(said.stdout)
+    for provenance in ("seconds", "finished"):
+        told["result"].pop(provenance, None)
+        result.json["result"].pop(provenance, None)
+    assert told == result.json
+    assert tribosweep.solve(file).peak_pressure == result.peak_pressure
+    output = tmp_path / "pressure.npy"
+    subprocess.run(
+        [tribosweep.program(), "solve", file, "--field", "pressure", "--output", output],
+        stdout=subprocess.DEVNULL,
+        check=True,
+    )
+    written = np.load(output)
+    assert np.array_equal(written[~np.isnan(written)], result.pressure[result.state > 0])
+
+
+def test_a_result_has_figures_and_fields_with_units(scene):
+    result = tribosweep.solve(scene, {"mesh": 24})
+    assert result.certified and result.status == "certified"
+    assert result.certificate.residual < 1e-8
+    assert 0 < result.estimates.estimate_load < 1
+    assert result.observables["load"] == result.load
+    assert result.units["load"] == "N" and result.units["pressure"] == "Pa"
+    area = (result.x[1] - result.x[0]) * (result.y[1] - result.y[0])
+    assert result.pressure.sum() * area == pytest.approx(result.load, rel=1e-12)
+    assert result.traction_x.sum() * area == pytest.approx(result.force_x, rel=1e-9)
+    assert (result.state == 2).sum() == result.stick_elements
+    assert "certified" in repr(result) and "<table>" in result._repr_html_()
+    with pytest.raises(AttributeError, match="no figure and no field `presure`"):
+        result.presure
+
+
+def test_fields_have_coordinates(scene):
+    pytest.importorskip("xarray")
+    result = tribosweep.solve(scene, {"mesh": [24, 16]})
+    fields = result.fields()
+    assert dict(fields.sizes) == {"y": 16, "x": 24}
+    assert fields.pressure.attrs["units"] == "Pa"
+    assert float(fields.pressure.max()) == result.peak_pressure
+
+
+def test_what_makes_no_sense_is_shown_at_its_place(scene):
+    scene["friction"] = {"mu": -0.3}
+    with pytest.raises(tribosweep.StudyError) as caught:
+        tribosweep.solve(scene, {"mesh": 16})
+    assert isinstance(caught.value, ValueError)
+    assert "mu = -0.3" in str(caught.value) and "<dict>" in str(caught.value)
+    [(line, column, message)] = caught.value.places
+    assert caught.value.args[0].splitlines()[1].strip().startswith(f"--> <dict>:{line}:{column}")
+    with pytest.raises(tribosweep.StudyError, match="did you mean"):
+        tribosweep.solve({**scene, "friction": {"muu": 0.3}}, {"mesh": 16})
+    with pytest.raises(TypeError, match="punch"):
+        tribosweep.solve({**scene, "punch": object()})
+    with pytest.raises(tribosweep.Error, match="cannot read the study file"):
+        tribosweep.solve("nowhere.toml")
+
+
+def test_an_array_is_a_height_map(scene):
+    x = np.linspace(-1e-3, 1e-3, 64)
+    heights = -(x[None, :] ** 2 + 2 * x[:, None] ** 2) / (2 * 50e-3)
+    scene["punch"] = {
+        "shape": "height-map", "file": heights, "unit": "m", "width_x": 2e-3, "width_y": 2e-3,
+    }  # fmt: skip
+    scene["loading"] = {"steps": [{"approach": "2 um"}]}
+    result = tribosweep.solve(scene, {"mesh": 32})
+    # The curvature along y is twice that along x, so the contact is longer along x.
+    contact = result.pressure > 0
+    assert contact.any(axis=0).sum() > contact.any(axis=1).sum()
+
+
+def test_python_goes_on_while_a_scene_is_solved(scene):
+    ticks, done = [], threading.Event()
+
+    def tick():
+        while not done.wait(0.001):
+            ticks.append(1)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    tribosweep.solve(scene, {"mesh": 128})
+    done.set()
+    thread.join()
+    assert len(ticks) > 3
+
+
+def load_of(scene):
+    return tribosweep.solve(scene, {"mesh": 16}).load
+
+
+def test_a_forked_child_solves_with_threads_of_its_own(scene):
+    here = load_of(scene)
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        assert pool.map_async(load_of, [scene, scene]).get(timeout=60) == [here, here]

@@ -1,0 +1,185 @@
+import csv
+import io
+import json
+import os
+import signal
+import subprocess
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import tribosweep
+
+
+def sweep(scene, values=(0.1, 0.3, 0.5), mesh=12):
+    return {
+        "name": "friction",
+        "question": "What does friction do?",
+        "scene": scene,
+        "numerics": {"mesh": mesh},
+        "sweep": {"friction.mu": list(values)},
+    }
+
+
+def command(*words):
+    done = subprocess.run([tribosweep.program(), *map(str, words)], stdout=subprocess.PIPE, check=True)
+    return done.stdout.decode()
+
+
+def test_a_study_is_planned_run_and_queried(scene, store):
+    study = tribosweep.Study(sweep(scene))
+    assert (study.name, study.points, study.axes) == ("friction", 3, ["mu"])
+    assert study.plan(store).to_run == 3
+    events = []
+    run = study.run(store, workers=2, progress=events.append)
+    assert run.progress == {"points": 3, "done": 3, "failed": 0, "left": 0}
+    assert {"finished", "committed"} <= {event["event"] for event in events}
+    assert study.plan(store).to_run == 0
+    assert study.run(store).run["cached"] == 3
+
+    frame = run.results.query("mu > 0.2", select="mu,load,contact_elements,key", sort="-mu")
+    said = command(
+        "query", "friction", "--store", store, "--where", "mu > 0.2",
+        "--select", "mu,load,contact_elements,key", "--sort=-mu", "--format", "csv",
+    )  # fmt: skip
+    rows = list(csv.DictReader(io.StringIO(said)))
+    assert [str(mu) for mu in frame.mu] == [row["mu"] for row in rows] == ["0.5", "0.3"]
+    assert [float(row["load"]) for row in rows] == list(frame.load)
+    assert frame.attrs["units"]["load"] == "N" and frame.contact_elements.dtype == np.int64
+    assert [row["key"] for row in rows] == list(frame.key)
+
+    stored = tribosweep.open(store)
+    assert list(stored) == ["friction"] and stored["friction"].question.startswith("What")
+    assert "friction" in repr(stored) and "<table>" in stored._repr_html_()
+    arrays = stored.arrays(frame.key[0][:12])
+    assert arrays["pressure"].shape == (12, 12)
+    assert stored.show(frame.key[0])["result"]["load"] == frame.load[0]
+    assert "meaning" in stored["friction"].columns().columns
+    with pytest.raises(tribosweep.QueryError, match="no column `lod`; did you mean load"):
+        stored["friction"].query(select="lod")
+    with pytest.raises(tribosweep.QueryError):
+        stored["friction"].query("mu >")
+    with pytest.raises(KeyError, match="it has friction"):
+        stored["fiction"]
+
+
+def test_stored_fields_are_a_dataset(scene, store):
+    pytest.importorskip("xarray")
+    run = tribosweep.Study(sweep(scene)).run(store)
+    frame = run.results.query(select="key,peak_pressure")
+    fields = run.results.fields(frame.key[0])
+    assert float(fields.pressure.max()) == frame.peak_pressure[0]
+    assert fields.attrs["key"] == frame.key[0] and fields.attrs["certified"] == 1
+
+
+def test_parquet_and_arrow_agree_with_pandas_and_duckdb(scene, store, tmp_path):
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    duckdb = pytest.importorskip("duckdb")
+    import pandas
+
+    results = tribosweep.Study(sweep(scene)).run(store).results
+    file = tmp_path / "results.parquet"
+    command("query", "friction", "--store", store, "--format", "parquet", "--output", file)
+    assert not list(tmp_path.glob("*.part"))
+    whole = parquet.read_table(file)
+    names = whole.column_names
+    assert names == list(results.columns().index)
+    frame = results.query(select=names)
+    read = pandas.read_parquet(file)
+    assert read.attrs["units"]["peak_pressure"] == "Pa" == frame.attrs["units"]["peak_pressure"]
+    assert "largest" in read.attrs["meanings"]["peak_pressure"]
+    for name in names:
+        ours, theirs = frame[name], read[name]
+        assert (ours.isna() == theirs.isna()).all(), name
+        assert list(ours.dropna()) == list(theirs.dropna()), name
+    said = json.loads(whole.schema.metadata[b"tribosweep.columns"])
+    assert [column["name"] for column in said] == names
+    arrow = results.arrow(select=names)
+    assert arrow.schema.field("load").metadata[b"unit"] == b"N"
+    assert arrow.column("load").to_pylist() == whole.column("load").to_pylist()
+    assert whole.schema.field("contact_elements").type == pyarrow.int64()
+    found = duckdb.sql(f"select mu, load from '{file}' where mu > 0.2 order by mu").fetchall()
+    assert [load for _, load in found] == list(results.query("mu > 0.2", sort="mu").load)
+
+
+def test_a_mesh_that_is_a_pair_widens_its_column(scene, store, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    study = sweep(scene)
+    study["sweep"] = {"mesh": [8, [8, 12]]}
+    del study["numerics"]
+    tribosweep.Study(study).run(store)
+    file = tmp_path / "results.parquet"
+    command("query", "friction", "--store", store, "--format", "parquet", "--output", file)
+    assert parquet.read_table(file).column("mesh").to_pylist() == ["8", "8x12"]
+
+
+def test_a_dictionary_with_arrays_and_files_runs(scene, store, tmp_path, monkeypatch):
+    beside = tmp_path / "here" / "below"
+    beside.mkdir(parents=True)
+    monkeypatch.chdir(beside)
+    x = np.linspace(-1, 1, 24)
+    heights = -(x[None, :] ** 2 + x[:, None] ** 2)
+    np.save(beside.parent / "heights.npy", heights)
+    scene["loading"] = {"steps": [{"approach": "0.1 um"}]}
+    loads = []
+    for file in (heights, "../heights.npy"):
+        scene["punch"] = {
+            "shape": "height-map", "file": file, "unit": "um", "width_x": 1e-3, "width_y": 1e-3,
+        }  # fmt: skip
+        loads.append(tribosweep.Study(sweep(scene)).run(store).results.query().load)
+    assert (loads[0] == loads[1]).all() and loads[0][0] > 0
+
+
+def test_what_cannot_be_run_or_read_is_said_in_words(scene, store, tmp_path):
+    with pytest.raises(tribosweep.StoreError, match="no store"):
+        tribosweep.open(store)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(tribosweep.RunError):
+        tribosweep.Study(sweep(scene)).run(tmp_path / "file")
+    with pytest.raises(tribosweep.StudyError, match="friction.toml:"):
+        (tmp_path / "friction.toml").write_text("name = 3\n")
+        tribosweep.Study(tmp_path / "friction.toml")
+
+
+def test_an_interrupt_ends_a_run_softly(scene, store):
+    study = tribosweep.Study(sweep(scene, np.linspace(0.05, 0.9, 400), mesh=48))
+    events = []
+
+    def listen(event):
+        events.append(event)
+        if event["event"] == "committed" and not any(e.get("sent") for e in events):
+            events.append({"event": "sent", "sent": True})
+            threading.Thread(target=os.kill, args=(os.getpid(), signal.SIGINT)).start()
+
+    with pytest.raises(KeyboardInterrupt):
+        study.run(store, workers=2, progress=listen)
+    left = study.plan(store).to_run
+    assert 0 < left < 400, "some jobs were finished and kept, and others were not begun"
+    end = time.monotonic() + 5
+    while tribosweep.open(store).notes and time.monotonic() < end:
+        time.sleep(0.05)
+    assert tribosweep.open(store).notes == [], "no process writes the store any more"
+
+
+def test_a_listener_that_fails_ends_the_run(scene, store):
+    def listen(event):
+        raise LookupError("no")
+
+    with pytest.raises(LookupError):
+        tribosweep.Study(sweep(scene)).run(store, progress=listen)
+
+
+def test_the_store_is_read_while_a_run_writes_it(scene, store):
+    seen = []
+
+    def listen(event):
+        if event["event"] == "committed" and not seen:
+            opened = tribosweep.open(store)
+            seen.append((opened.notes, len(opened["friction"].query("load > 0"))))
+
+    tribosweep.Study(sweep(scene, np.linspace(0.05, 0.9, 60))).run(store, progress=listen)
+    notes, rows = seen[0]
+    assert rows >= 1 and (not notes or "served by the running process" in notes[0])

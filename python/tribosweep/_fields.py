@@ -1,0 +1,39 @@
+"""Fields on the grid."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping
+
+UNITS = {
+    "x": "m", "y": "m", "pressure": "Pa", "traction_x": "Pa", "traction_y": "Pa",
+    "gap": "m", "slip_x": "m", "slip_y": "m", "state": "",
+}  # fmt: skip
+MEANINGS = {
+    "x": "centres of the elements along x",
+    "y": "centres of the elements along y",
+    "pressure": "pressure, positive in compression",
+    "traction_x": "traction along x, of the punch on the foundation",
+    "traction_y": "traction along y, of the punch on the foundation",
+    "gap": "gap between the punch and the foundation",
+    "slip_x": "slip along x of the foundation relative to the punch since the increment before",
+    "slip_y": "slip along y of the foundation relative to the punch since the increment before",
+    "state": "0 outside the sole, 1 open, 2 stick, 3 slip",
+}
+GRIDS = [name for name in UNITS if name not in ("x", "y")]
+
+
+def dataset(arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> Any:
+    """Returns fields as an xarray.Dataset over y and x, with units."""
+    try:
+        import xarray
+    except ImportError:
+        raise ImportError(
+            "fields as a Dataset need xarray: pip install xarray; arrays() needs nothing"
+        ) from None
+    described = {
+        name: {"units": UNITS[name], "long_name": MEANINGS[name]} for name in UNITS if UNITS[name]
+    }
+    described["state"] = {"flag_values": [0, 1, 2, 3], "flag_meanings": "outside open stick slip"}
+    variables = {name: (("y", "x"), arrays[name], described[name]) for name in GRIDS}
+    coordinates = {name: (name, arrays[name], described[name]) for name in ("x", "y")}
+    return xarray.Dataset(variables, coordinates, dict(attributes))

@@ -1,0 +1,197 @@
+"""Stores, read beside whatever run is writing them."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Optional, Union
+
+import numpy as np
+import pandas as pd
+
+from . import _native
+from ._fields import dataset
+from ._html import table
+
+#: The store where none is named.
+USUAL_STORE = ".tribosweep"
+
+
+def usual_store(store: Union[str, os.PathLike[str], None]) -> str:
+    """Returns the path of a store: what is given, else what TRIBOSWEEP_STORE says."""
+    return os.fspath(store or os.environ.get("TRIBOSWEEP_STORE") or USUAL_STORE)
+
+
+def open(store: Union[str, os.PathLike[str], None] = None) -> Store:
+    """Opens a store for reading, or a directory of exports.
+
+    Without an argument that is the store of the command: TRIBOSWEEP_STORE, or `.tribosweep`. It
+    never writes there and holds up no run: what it reads comes from the process that writes the
+    store, or from a private copy of the records.
+
+    Raises `StoreError` if there is none.
+    """
+    return Store(usual_store(store))
+
+
+class Store(Mapping):
+    """The studies of a store by name."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self._native = _native.Store(path)
+
+    @property
+    def notes(self) -> list[str]:
+        """What is to be said of the place from which records are read, in words."""
+        return self._native.notes()
+
+    def __getitem__(self, name: str) -> StoredStudy:
+        if name not in self:
+            # A dictionary says which key is missing; a store says which there are.
+            listed = ", ".join(self) or "none so far"
+            raise KeyError(f"there is no study `{name}` in the store; it has {listed}")
+        return StoredStudy(self, name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._native.names())
+
+    def __len__(self) -> int:
+        return len(self._native.names())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._native.names()
+
+    def arrays(self, key: str) -> dict[str, np.ndarray]:
+        """Returns the fields of a result by the beginning of its key, by name, shape (y, x)."""
+        return {
+            name: values
+            for name, values in self._native.fields(key).items()
+            if isinstance(values, np.ndarray)
+        }
+
+    def fields(self, key: str) -> Any:
+        """Returns the fields of a result by the beginning of its key, as an xarray.Dataset.
+
+        `attrs` have the `key` in full and `certified`: 0 if they are those of a last iterate.
+        """
+        found = self._native.fields(key)
+        return dataset(found, {"key": found["key"], "certified": int(found["certified"])})
+
+    def show(self, key: str) -> dict[str, Any]:
+        """Returns everything about a result by the beginning of its key, in SI units."""
+        return json.loads(self._native.show(key))
+
+    def __repr__(self) -> str:
+        return f"<tribosweep.Store {self.path}: {', '.join(self) or 'no studies so far'}>"
+
+    def _repr_html_(self) -> str:
+        studies = ((name, self[name].question) for name in self)
+        return table(f"store {self.path}", studies)
+
+
+class StoredStudy:
+    """A study in a store, whatever of it has been computed so far."""
+
+    def __init__(self, store: Store, name: str) -> None:
+        self._store = store
+        self._outline = store._native.study(name)
+        self.name = name
+        self.question: str = self._outline["question"]
+        self.kind: str = self._outline["kind"]
+        #: The number of points that the axes make.
+        self.points: int = self._outline["points"]
+        #: The names of the axes' columns.
+        self.axes: list[str] = self._outline["axes"]
+        #: The text of the study file.
+        self.text: str = self._outline["text"]
+
+    def columns(self, steps: bool = False) -> pd.DataFrame:
+        """Returns every column that can be selected, with its unit, kind and meaning."""
+        listed = self._store._native.columns(self.name, steps)
+        return pd.DataFrame(listed).set_index("name")
+
+    def query(
+        self,
+        where: Optional[str] = None,
+        select: Union[str, Sequence[str], None] = None,
+        sort: Union[str, Sequence[str], None] = None,
+        steps: bool = False,
+    ) -> pd.DataFrame:
+        """Returns results as a DataFrame in SI units, a row for each point.
+
+        The arguments are those of `tribosweep query`: `where="mu > 0.3 && mesh == 32"`,
+        `select=["mu", "load"]` (else the axes and the usual figures), `sort="-load"`, and `steps`
+        for a row of each increment of the loading paths. `attrs["units"]` and
+        `attrs["meanings"]` say what the columns are.
+
+        Raises `QueryError` for a column or a condition that makes no sense.
+        """
+        table = self._table(where, select, sort, steps)
+        frame = pd.DataFrame({column["name"]: _values(column) for column in table})
+        frame.attrs = {
+            "study": self.name,
+            "units": {column["name"]: column["unit"] for column in table},
+            "meanings": {column["name"]: column["meaning"] for column in table},
+        }
+        return frame
+
+    def arrow(
+        self,
+        where: Optional[str] = None,
+        select: Union[str, Sequence[str], None] = None,
+        sort: Union[str, Sequence[str], None] = None,
+        steps: bool = False,
+    ) -> Any:
+        """Returns the same as `query` as a pyarrow.Table; each field has its unit and meaning."""
+        try:
+            import pyarrow
+        except ImportError:
+            raise ImportError("a table of Arrow needs pyarrow: pip install pyarrow") from None
+        arrays, fields = [], []
+        for column in self._table(where, select, sort, steps):
+            array = pyarrow.array(column["values"], mask=column.get("missing"))
+            # A column without any value has no type of its own.
+            if isinstance(column["values"], list):
+                array = array.cast(pyarrow.string())
+            said = {"unit": column["unit"], "meaning": column["meaning"]}
+            arrays.append(array)
+            fields.append(pyarrow.field(column["name"], array.type, metadata=said))
+        return pyarrow.table(arrays, schema=pyarrow.schema(fields, {"study": self.name}))
+
+    def fields(self, key: str) -> Any:
+        """Returns the fields of a result by the beginning of its key, as `Store.fields` does."""
+        return self._store.fields(key)
+
+    def _table(
+        self,
+        where: Optional[str],
+        select: Union[str, Sequence[str], None],
+        sort: Union[str, Sequence[str], None],
+        steps: bool,
+    ) -> Any:
+        return self._store._native.table(self.name, where, _names(select), _names(sort), steps)
+
+    def __repr__(self) -> str:
+        axes = ", ".join(self.axes) or "no axes"
+        return f"<tribosweep.StoredStudy {self.name}: {self.points} points over {axes}>"
+
+    def _repr_html_(self) -> str:
+        rows = [("question", self.question), ("kind", self.kind), ("points", self.points)]
+        return table(self.name, [*rows, ("axes", ", ".join(self.axes))])
+
+
+def _names(names: Union[str, Sequence[str], None]) -> list[str]:
+    if isinstance(names, str):
+        return [name.strip() for name in names.split(",")]
+    return list(names or [])
+
+
+def _values(column: Any) -> Any:
+    missing = column.get("missing")
+    if missing is not None and missing.any():
+        return pd.arrays.IntegerArray(column["values"], missing)
+    return pd.Series(column["values"], dtype=object) if missing is None and isinstance(
+        column["values"], list
+    ) else column["values"]

@@ -1,0 +1,245 @@
+//! The functions that other languages use in process: one scene is solved, and a store is read, in
+//! the same ways and with the same words as by the commands `solve`, `query` and `show`.
+//!
+//! Nothing here prints or starts a process, and no store is written. Studies are run by the
+//! command, whose coordinator and workers are processes of their own.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use answers::{AnswerError, Results, Selection};
+use anyhow::{Context, Result, bail};
+use contact::Operators;
+use contact::model::Fields;
+use report::{DataTable, TableError, TypedColumn};
+use store::{OpenError, ReadError, StoreReader};
+use study::{Column, DefinitionError, Record, Study};
+
+use crate::one_result::{self, UsedFiles};
+use crate::solving::{SolvedScene, solve_scene};
+use crate::stored::{
+    self, StoreSource, find_key, open_to_read, reader_notes, stored_large_study, stored_study,
+};
+use crate::study_file::{parse_with_files, read_text};
+use crate::{fields, output};
+
+/// The text of a study with the files that stand nowhere else, by name. Other files that it names
+/// are looked for beside `path`.
+#[derive(Clone, Debug, Default)]
+pub struct StudyText {
+    /// The text; `None` if it is that of the file at `path`.
+    pub text: Option<String>,
+    /// The path that messages name.
+    pub path: String,
+    /// The files by name.
+    pub files: BTreeMap<String, Vec<u8>>,
+}
+
+impl StudyText {
+    /// Reads the study, and refuses what makes no sense.
+    ///
+    /// # Errors
+    /// The file cannot be read, or the text is no study.
+    pub fn study(&self) -> Result<Study> {
+        let path = Path::new(&self.path);
+        let text = match &self.text {
+            Some(text) => text.clone(),
+            None => read_text(path)?,
+        };
+        Ok(parse_with_files(&text, path, &self.files)?)
+    }
+}
+
+/// The result of a scene that was solved here.
+pub struct SolvedResult {
+    /// The JSON that `solve --json` prints.
+    pub json: serde_json::Value,
+    /// The columns of the figures in it.
+    pub columns: Vec<Column>,
+    /// The fields, if it has some.
+    pub fields: Option<Fields>,
+    /// The doubts about it, in words.
+    pub doubts: Vec<String>,
+}
+
+/// Solves the only scene of a study.
+///
+/// # Errors
+/// The study has several points, it takes more memory than there is, or its scene has no meaning.
+pub fn solve(study: &Study) -> Result<SolvedResult> {
+    if study.len() != 1 {
+        bail!("the study `{}` has {} points; run it, or fix its axes", study.name(), study.len());
+    }
+    let solution = solve_scene(study, &mut Operators::default())?;
+    let SolvedScene { record, fields, .. } = &solution;
+    let job = record.parse_job()?;
+    let files = UsedFiles::of(study, &job);
+    let json = one_result::json(record, fields.as_ref(), &files)?;
+    let of_search = match record.multiplicity() {
+        Some(found) if !found.solutions.is_empty() => Some(fields::solution_fields(found, None)?),
+        _ => None,
+    };
+    let (columns, doubts) = (job.kind().columns([], []), solution.doubts());
+    Ok(SolvedResult { json, columns, fields: of_search.or(solution.fields), doubts })
+}
+
+/// A table with the meaning and type of each column.
+pub struct TypedTable {
+    /// The columns.
+    pub columns: Vec<TypedColumn>,
+    /// The rows under the same columns.
+    pub rows: DataTable,
+}
+
+/// The fields of a stored result.
+pub struct StoredFields {
+    /// The fields.
+    pub fields: Fields,
+    /// The key of the job in full.
+    pub key: String,
+    /// True if they are those of a solution, false if they are those of a last iterate.
+    pub is_certified: bool,
+}
+
+/// A store that is read, or exports.
+pub struct ReadStore {
+    reader: StoreReader,
+}
+
+impl ReadStore {
+    /// Opens a store beside whatever run is writing it.
+    ///
+    /// # Errors
+    /// There is no store, or it cannot be read.
+    pub fn open(directory: &Path) -> Result<Self> {
+        Ok(ReadStore { reader: open_to_read(directory)? })
+    }
+
+    /// Returns what is to be said of the place from which records are read.
+    pub fn notes(&self) -> Vec<String> {
+        reader_notes(&self.reader)
+    }
+
+    /// Returns the names of the studies in alphabetical order.
+    ///
+    /// # Errors
+    /// They cannot be read.
+    pub fn names(&self) -> Result<Vec<String>> {
+        Ok(self.reader.study_names()?)
+    }
+
+    /// Returns a study.
+    ///
+    /// # Errors
+    /// There is none of this name, or it is damaged.
+    pub fn study(&self, name: &str) -> Result<Study> {
+        stored_large_study(&self.reader, name)
+    }
+
+    /// Returns what is chosen of a study; without columns, those that answer its question at a
+    /// glance.
+    ///
+    /// # Errors
+    /// There is no such study or column, a record cannot be read, or the condition cannot be
+    /// evaluated.
+    pub fn table(&self, name: &str, mut selection: Selection) -> Result<TypedTable> {
+        let source = StoreSource::Reader(&self.reader);
+        let study = stored_study(&self.reader, name)?;
+        let results = Results::read(study, &source)?;
+        if selection.columns.is_empty() {
+            selection.columns = results.usual_columns(selection.steps)?;
+        }
+        let mut columns = selection.typed_columns(results.study())?;
+        let rows = selection.of(&results)?;
+        for (index, column) in columns.iter_mut().enumerate() {
+            // A mesh may be a pair at some point, which is a text.
+            column.cells = rows.widest(index).map_or(column.cells, |cells| column.cells.max(cells));
+        }
+        Ok(TypedTable { columns, rows })
+    }
+
+    /// Returns the fields of the result whose key begins with some characters.
+    ///
+    /// # Errors
+    /// There is no such result or there are several, or it has no fields.
+    pub fn fields(&self, key: &str) -> Result<StoredFields> {
+        let key = find_key(&self.reader, key)?;
+        let record = self.record(&key)?;
+        let fields = match record.multiplicity() {
+            Some(found) => fields::solution_fields(found, None)?,
+            None => stored::fields(self.reader.blobs(), &record)?,
+        };
+        Ok(StoredFields { fields, key: key.to_string(), is_certified: record.is_certified() })
+    }
+
+    /// Returns everything about the result whose key begins with some characters, as `show --json`
+    /// prints it for a scene without files.
+    ///
+    /// # Errors
+    /// There is no such result, or there are several.
+    pub fn show(&self, key: &str) -> Result<serde_json::Value> {
+        let record = self.record(&find_key(&self.reader, key)?)?;
+        one_result::json(&record, None, &UsedFiles::default())
+    }
+
+    fn record(&self, key: &identity::JobKey) -> Result<Record> {
+        let bytes = self.reader.get(key)?;
+        let bytes = bytes.context("the record was removed while it was looked up")?;
+        Record::decode(&bytes).with_context(|| format!("the record of job {key}"))
+    }
+}
+
+/// The kind of a fault, for languages that tell errors apart by type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultKind {
+    /// The study makes no sense; the places say where.
+    Study,
+    /// The store cannot be read.
+    Store,
+    /// The question to a study cannot be answered.
+    Query,
+    /// Anything else.
+    Other,
+}
+
+/// A mistake in a study and its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MistakePlace {
+    /// The mistake in words.
+    pub message: String,
+    /// The line, counted from 1.
+    pub line: usize,
+    /// The column in characters, counted from 1.
+    pub column: usize,
+}
+
+/// Returns the words that the command would say about an error.
+pub fn words(error: &anyhow::Error) -> String {
+    output::words(error)
+}
+
+/// Returns the kind of an error.
+pub fn kind(error: &anyhow::Error) -> FaultKind {
+    if output::study_error(error).is_some() || error.downcast_ref::<DefinitionError>().is_some() {
+        return FaultKind::Study;
+    }
+    if error.is::<OpenError>() || error.is::<ReadError>() {
+        return FaultKind::Store;
+    }
+    match error.downcast_ref::<AnswerError>() {
+        Some(AnswerError::Records(_)) => FaultKind::Store,
+        Some(_) => FaultKind::Query,
+        None if error.is::<TableError>() => FaultKind::Query,
+        None => FaultKind::Other,
+    }
+}
+
+/// Returns the mistakes of an error about a study with their places.
+pub fn places(error: &anyhow::Error) -> Vec<MistakePlace> {
+    let Some(error) = output::study_error(error) else { return Vec::new() };
+    let place = |mistake: &study::Mistake| {
+        let (line, column) = error.position(mistake);
+        MistakePlace { message: mistake.message.clone(), line, column }
+    };
+    error.mistakes().iter().map(place).collect()
+}
