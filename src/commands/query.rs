@@ -10,6 +10,7 @@ use wording::escaped_json;
 use crate::cli::{QueryArgs, TableFormat};
 use crate::figures;
 use crate::output::{self, Finish, layout};
+use crate::proposal;
 use crate::stored::{StoreSource, read_store, stored_large_study};
 use crate::study_file::part;
 use crate::table_file::{TableRows, write_csv, write_parquet};
@@ -43,13 +44,14 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         return write(args, format, rows, &selection, &study);
     }
     if args.shard.is_none() && !study.is_listed() && !args.columns {
+        let part = format!("1/{}", study.len().div_ceil(MOST_POINTS));
         bail!(
-            "the study `{}` has {} points, too many for a table in memory; --format parquet or csv \
-             with --select and without --sort writes them one after the other, and --shard 1/{} a part \
-             of them",
+            "the study `{}` has {} points, and {MOST_POINTS} at most are a table in memory; \
+             --format parquet or csv with --select and without --sort writes them one after the \
+             other, and this asks for a part of them: {}",
             args.name,
             study.len(),
-            study.len().div_ceil(MOST_POINTS)
+            proposal::command(&args.store.store, ["query", &args.name, "--shard", &part])
         );
     }
     let results = Results::read(study, &source)?;
