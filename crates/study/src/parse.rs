@@ -186,7 +186,8 @@ fn parse(
     sweep::refuse_absent(&groups, &base, &mut mistakes);
     sweep::refuse_alternatives(&groups, &base, &mut mistakes);
     // Those of a shard are counted when it is taken.
-    let points = if shards { 1 } else { axis::count(&groups).unwrap_or(0) };
+    let known = axis::count(&groups).filter(|points| *points <= MAX_POINTS).unwrap_or(0);
+    let points = if shards { 1 } else { known };
     mistakes.extend(sweep::too_many_entries(&groups, &base, points));
     if mistakes.len() > before {
         // Entries have columns, and an index that is far off would make thousands of millions of
