@@ -25,8 +25,8 @@ use crate::words::count;
 /// The longest time for which a result waits to be written \[s\].
 const LAG: Duration = Duration::from_secs(10);
 
-/// The size of the results that may wait to be written \[bytes\]. What is beyond it is taken from the
-/// store when the run ends.
+/// The size of the results that may wait to be written \[bytes\]. What is beyond it is taken from
+/// the store when the run ends.
 const MOST_WAITING: usize = 64 << 20;
 
 /// The export of a run.

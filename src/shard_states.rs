@@ -45,13 +45,13 @@ enum ShardStanding {
 
 /// The knowledge of one shard.
 #[derive(Default)]
-struct KnownShard {
+struct SeenShard {
     note: Option<ShardNote>,
     age: Option<Duration>,
     is_finished: bool,
 }
 
-impl KnownShard {
+impl SeenShard {
     /// Returns how far the shard is; a larger one is further.
     fn progress(&self) -> (bool, u64) {
         let ended = self.note.as_ref().map(|note| note.done.saturating_add(note.failed));
@@ -62,9 +62,9 @@ impl KnownShard {
 impl StudyShards {
     /// Returns the shards of a study among exports, for each number of shards that it came in.
     pub(crate) fn of(study: &str, exports: &[ExportSummary]) -> Vec<Self> {
-        let mut known: BTreeMap<(u32, u32), KnownShard> = BTreeMap::new();
+        let mut known: BTreeMap<(u32, u32), SeenShard> = BTreeMap::new();
         let now = SystemTime::now();
-        let mut add = |shard: &ShardName, found: KnownShard| {
+        let mut add = |shard: &ShardName, found: SeenShard| {
             if shard.study != study {
                 return;
             }
@@ -80,13 +80,13 @@ impl StudyShards {
                 // What is finished is closed; a file that has lost its end is not.
                 let is_finished =
                     export.is_closed && note.as_ref().is_some_and(|note| note.finished);
-                add(shard, KnownShard { note, age, is_finished });
+                add(shard, SeenShard { note, age, is_finished });
             }
             for part in &export.parts {
                 let note = part.note.as_deref().and_then(ShardNote::of);
                 let is_finished = note.as_ref().is_some_and(|note| note.finished);
                 // How old a part was when it was merged is not known.
-                add(&part.shard, KnownShard { note, age: None, is_finished });
+                add(&part.shard, SeenShard { note, age: None, is_finished });
             }
         }
         let counts: BTreeSet<u32> = known.keys().map(|(count, _)| *count).collect();
@@ -142,13 +142,13 @@ impl StudyShards {
 
 impl ShardRow {
     /// Returns the row of a shard of which something is known, or nothing.
-    fn of(index: u32, count: u32, found: Option<KnownShard>) -> Self {
+    fn of(index: u32, count: u32, found: Option<SeenShard>) -> Self {
         let state = match &found {
             None => ShardStanding::Missing,
-            Some(KnownShard { is_finished: true, .. }) => ShardStanding::Finished,
+            Some(SeenShard { is_finished: true, .. }) => ShardStanding::Finished,
             Some(_) => ShardStanding::Unfinished,
         };
-        let KnownShard { note, age, .. } = found.unwrap_or_default();
+        let SeenShard { note, age, .. } = found.unwrap_or_default();
         let seconds_since_export = age.map(|age| age.as_secs_f64());
         Self { shard: format!("{index}/{count}"), state, note, seconds_since_export }
     }

@@ -13,7 +13,8 @@ pub(super) struct Piece {
     /// The forecast of one sequence \[ns\], at least 1. Whole numbers make the same sums
     /// everywhere.
     pub(super) cost: u128,
-    /// The part of the row that one sequence takes: its cost, unless there is a reason to take more.
+    /// The part of the row that one sequence takes: its cost, unless there is a reason to take
+    /// more.
     pub(super) weight: u128,
     /// The number of sequences.
     pub(super) count: u64,
