@@ -156,9 +156,12 @@ fn remove_run(path: &Path, tag: &str) {
 /// Makes a new directory and takes its lock. A sweep that sees it before it is locked takes it for
 /// a leftover, and then it is made again.
 fn make_locked(path: &Path) -> std::io::Result<File> {
+    let mut swept = std::io::Error::other("it is removed whenever it is made");
     for _ in 0..100 {
         match private_directory(path) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            // It was removed before it got its rights; or there is no place for it.
+            Err(error) if error.kind() == ErrorKind::NotFound => swept = error,
             Err(error) => return Err(error),
             Ok(()) => match lock(path) {
                 Ok(Some(lock)) if !is_gone(&lock)? => return Ok(lock),
@@ -168,7 +171,7 @@ fn make_locked(path: &Path) -> std::io::Result<File> {
         }
         std::thread::yield_now();
     }
-    Err(std::io::Error::other("it is removed whenever it is made"))
+    Err(swept)
 }
 
 fn private_directory(path: &Path) -> std::io::Result<()> {
@@ -254,6 +257,30 @@ mod tests {
 
     fn shm(name: String) -> PathBuf {
         Path::new(SHARED_MEMORY).join(name)
+    }
+
+    /// A run that begins while another one clears up is not stopped by that.
+    #[test]
+    fn a_directory_that_is_swept_while_it_is_made_is_made_again() {
+        let is_over = std::sync::atomic::AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !is_over.load(std::sync::atomic::Ordering::Relaxed) {
+                    sweep_leftovers();
+                }
+            });
+            for _ in 0..3000 {
+                let tag = new_tag().unwrap();
+                let path = Path::new(SHARED_MEMORY).join(format!("{NAME}{tag}"));
+                let made = make_locked(&path).map(drop);
+                remove_run(&path, &tag);
+                if made.is_err() {
+                    is_over.store(true, std::sync::atomic::Ordering::Relaxed);
+                }
+                made.unwrap();
+            }
+            is_over.store(true, std::sync::atomic::Ordering::Relaxed);
+        });
     }
 
     #[test]
