@@ -15,8 +15,9 @@ use crate::corpus::{Corpus, InputKind};
 /// The memory that reading an input may take \[bytes\].
 const MEMORY: u64 = 1 << 30;
 
-/// The time that reading an input may take.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
+/// The time that reading an input may take. Readers that are not optimised take ten times as long.
+pub(crate) const PATIENCE: Duration =
+    Duration::from_secs(if cfg!(debug_assertions) { 50 } else { 5 });
 
 /// Reads inputs one after the other and leaves the number of each in the file `progress` first.
 pub(crate) fn read(
