@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use crate::child::PATIENCE;
 
-/// What the processes have said.
+/// The words of the processes.
 #[derive(Default)]
 struct Found {
     faults: Vec<String>,

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use ::study::columns::Role;
 use ::study::{Column, Study};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -70,24 +69,9 @@ pub(crate) fn described<'py>(
         let entry = PyDict::new(py);
         entry.set_item("name", column.name.as_ref())?;
         entry.set_item("unit", column.unit())?;
-        entry.set_item("kind", role_name(column.role))?;
+        entry.set_item("kind", column.role.name())?;
         entry.set_item("meaning", column.meaning)?;
         Ok(entry)
     };
     columns.iter().map(described).collect()
-}
-
-/// Returns the name of a role, as `query --columns` has it.
-fn role_name(role: Role) -> &'static str {
-    match role {
-        Role::Axis => "axis",
-        Role::Key => "key",
-        Role::Status => "status",
-        Role::Place => "place",
-        Role::Observable => "observable",
-        Role::Certificate => "certificate",
-        Role::Error => "error",
-        Role::Work => "work",
-        Role::Provenance => "provenance",
-    }
 }

@@ -3,7 +3,7 @@
 use answers::{Results, Selection};
 use anyhow::{Context, Result, bail};
 use report::{Cell, DataTable, TableColumn};
-use study::columns::{Role, along_path};
+use study::columns::along_path;
 use study::{MOST_POINTS, Study};
 use wording::escaped_json;
 
@@ -122,22 +122,11 @@ fn written(args: &QueryArgs, rows: u64) -> Result<Finish> {
 
 /// Returns the columns that can be selected, as a table.
 fn columns(study: &Study, steps: bool) -> Result<DataTable> {
-    let role = |role: Role| match role {
-        Role::Axis => "axis",
-        Role::Key => "key",
-        Role::Status => "status",
-        Role::Place => "place",
-        Role::Observable => "observable",
-        Role::Certificate => "certificate",
-        Role::Error => "error",
-        Role::Work => "work",
-        Role::Provenance => "provenance",
-    };
     let columns = if steps { along_path(study.columns()) } else { study.columns() };
     let rows = columns
         .iter()
         .map(|column| {
-            [&column.name, column.unit(), role(column.role), column.meaning]
+            [&column.name, column.unit(), column.role.name(), column.meaning]
                 .map(|text| Cell::Text(text.to_owned()))
                 .to_vec()
         })

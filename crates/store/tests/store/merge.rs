@@ -15,7 +15,7 @@ use store::{
 use super::child::{Player, command};
 use super::{RULES, field, key, ranked};
 
-/// What a source has: its records, by the numbers of their jobs.
+/// The records of a source, by the numbers of their jobs.
 type Content = BTreeMap<u64, Vec<u8>>;
 
 fn shard(index: u32, count: u32) -> Option<ShardName> {

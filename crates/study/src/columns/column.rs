@@ -36,6 +36,21 @@ pub enum Role {
 }
 
 impl Role {
+    /// Returns the word by which tables of columns call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Role::Axis => "axis",
+            Role::Key => "key",
+            Role::Status => "status",
+            Role::Place => "place",
+            Role::Observable => "observable",
+            Role::Certificate => "certificate",
+            Role::Error => "error",
+            Role::Work => "work",
+            Role::Provenance => "provenance",
+        }
+    }
+
     /// Returns whether the column tells of a solution, so that it is empty where there is none.
     pub fn is_of_solutions(self) -> bool {
         match self {
