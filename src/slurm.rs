@@ -5,13 +5,15 @@
 //! many shards take several arrays.
 
 mod array;
+mod call;
 mod config;
 mod passed;
 mod script;
 mod time_limit;
 
 pub(crate) use array::{Array, arrays};
+pub(crate) use call::{ARRAY_SCRIPT, MERGE_SCRIPT, SbatchCall, array_call, merge_call};
 pub(crate) use config::ControllerConfig;
 pub(crate) use passed::check_passed;
-pub(crate) use script::{Resources, Scripts, option_word};
+pub(crate) use script::{Resources, Scripts};
 pub(crate) use time_limit::TimeLimit;

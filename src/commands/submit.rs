@@ -3,73 +3,35 @@
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 
 use answers::is_timed;
 use answers::shards::{Partition, Shard};
-use anyhow::{Context, Result, anyhow, bail};
-use serde::{Deserialize, Serialize};
+use anyhow::{Context, Result, bail};
+use serde::Serialize;
 use store::{ExportSummary, Store};
 use study::{MOST_POINTS, Study};
 use wording::{file_argument, shell_word};
 
 use crate::cli::{Engine, SubmitArgs};
-use crate::frozen_study::{fixed_files, freeze, is_same, place};
+use crate::frozen_study::fixed_files;
 use crate::job_list::JobList;
 use crate::merge_rules::{RULES, ShardNote};
 use crate::output::{self, Finish};
+use crate::scheduler::{cancel, controller_config, sbatch};
 use crate::slurm::{
-    Array, ControllerConfig, Resources, Scripts, arrays, check_passed, option_word,
+    ARRAY_SCRIPT, Array, ControllerConfig, MERGE_SCRIPT, Resources, SbatchCall, Scripts,
+    array_call, arrays, check_passed, merge_call,
 };
 use crate::study_file::read_large_study;
+use crate::submission::{
+    Submission, check_directory, submission, write_directory, write_submission,
+};
 use crate::words::{count, duration};
 
 /// The time before the end of its limit at which a shard is told to stop \[s\]. Slurm may do it a
 /// minute earlier, and the shard gives up jobs in flight after 20 s.
 const LONGEST_LEAD: u64 = 120;
-
-/// The file with what was submitted, in the directory of the scripts.
-const SUBMISSION: &str = "submission.json";
-
-/// The directory with the study and the files that it names.
-const FROZEN: &str = "study";
-
-/// The directory with what the jobs say.
-const LOG: &str = "log";
-
-const ARRAY_SCRIPT: &str = "array.sh";
-const MERGE_SCRIPT: &str = "merge.sh";
-
-/// The record of a submission, which stands in [`SUBMISSION`].
-#[derive(Clone, Debug, Serialize, Deserialize)]
-struct Submission {
-    study: String,
-    shards: u32,
-    /// The study file, below the directory.
-    file: PathBuf,
-    /// The directory of the exports, absolute or below the directory.
-    exports: PathBuf,
-    /// The file with the results of all shards.
-    merged: PathBuf,
-    /// The numbers that the scheduler gave to the arrays and the merge.
-    jobs: Vec<String>,
-}
-
-/// A call of `sbatch`.
-#[derive(Clone, Debug, Serialize)]
-struct SbatchCall {
-    /// The shards of an array, empty for the merge.
-    shards: Vec<u32>,
-    /// The words after `sbatch`.
-    #[serde(skip)]
-    words: Vec<String>,
-    /// The command, ready to be pasted in the directory of the scripts.
-    command: String,
-    /// The number that the scheduler gave; `None` in a dry run.
-    job: Option<String>,
-}
 
 /// The report of a submission.
 #[derive(Serialize)]
@@ -94,7 +56,7 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
     let study = read_large_study(&args.study)?;
     let extent = StudyExtent::of(&study, args.shards)?;
     check_shards(args, &extent)?;
-    let config = config(args.dry_run)?;
+    let config = controller_config(args.dry_run)?;
     let lead = lead(args.time.as_ref().and_then(|time| time.seconds));
     warn(args, &study, extent.longest, lead);
 
@@ -128,7 +90,7 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
         write_directory(&study, &submission, &scripts, &directory)?;
         let anew = Submission { jobs: Vec::new(), ..submission.clone() };
         let place = SubmissionPlace { submission: anew, directory: &directory, is_new };
-        submit_all(args, &arrays, place, &mut calls)?;
+        submit_all(args, &resources, &arrays, place, &mut calls)?;
     }
     let merge = match calls.pop_if(|call| call.shards.is_empty()) {
         Some(merge) => merge,
@@ -282,34 +244,6 @@ fn is_finished(file: &Path, study: &str, content: Option<&[u8]>) -> bool {
         && Study::definition_content(&definition).as_deref() == content
 }
 
-/// Returns the limits of the controller. A dry run does without one.
-fn config(is_dry_run: bool) -> Result<ControllerConfig> {
-    match slurm_program("scontrol").args(["show", "config"]).output() {
-        Ok(output) if output.status.success() => {
-            Ok(ControllerConfig::parse(&String::from_utf8_lossy(&output.stdout)))
-        }
-        Err(error) if error.kind() != ErrorKind::NotFound => {
-            Err(error).context("cannot run scontrol")
-        }
-        answer if is_dry_run => {
-            let config = ControllerConfig::default();
-            let reason = match answer {
-                Ok(_) => "the controller does not answer",
-                Err(_) => "Slurm is not installed here",
-            };
-            output::say(&format!("{reason}: MaxArraySize is taken for {}", config.array_size));
-            Ok(config)
-        }
-        Ok(output) => {
-            bail!("Slurm's controller does not answer: scontrol says {}", said(&output.stderr))
-        }
-        Err(_) => bail!(
-            "Slurm is not installed here: there is no scontrol on the PATH. Submit from a login node \
-             of the cluster, or see with --dry-run what would be submitted"
-        ),
-    }
-}
-
 fn check_limits(config: &ControllerConfig, shards: usize) -> Result<()> {
     if config.array_size == 0 {
         bail!("this cluster allows no arrays: its MaxArraySize is 0");
@@ -375,163 +309,6 @@ fn resources(args: &SubmitArgs, exclusive: bool) -> Resources {
     }
 }
 
-/// Refuses a directory in which Slurm would find no log.
-fn check_directory(directory: &Path) -> Result<()> {
-    let path = std::path::absolute(directory).context("cannot find the current directory")?;
-    let Some(text) = path.to_str() else {
-        bail!("--directory must be a path in UTF-8");
-    };
-    if text.contains(['%', '\\', '\n']) {
-        bail!(
-            "Slurm takes % and \\ in a path for patterns: {}; give a --directory without them",
-            wording::excerpt(text, 200)
-        );
-    }
-    Ok(())
-}
-
-/// Returns what is to be submitted. A directory of an earlier submission must be of the same study
-/// and shards, whose jobs have ended.
-fn submission(args: &SubmitArgs, study: &Study, directory: &Path) -> Result<Submission> {
-    let exports = args.exports.as_deref().map(std::path::absolute).transpose()?;
-    if exports.as_deref().is_some_and(|exports| exports.to_str().is_none()) {
-        bail!("--exports must be a path in UTF-8");
-    }
-    let new = Submission {
-        study: study.name().to_owned(),
-        shards: args.shards,
-        file: Path::new(FROZEN).join(place(study)),
-        exports: exports.clone().unwrap_or_else(|| "exports".into()),
-        merged: format!("{}.tribosweep", study.name()).into(),
-        jobs: Vec::new(),
-    };
-    if !directory.exists() {
-        return Ok(new);
-    }
-    let shown = directory.display();
-    let path = directory.join(SUBMISSION);
-    let bytes = fs::read(&path).map_err(|error| {
-        anyhow!("{shown} is there, and not by `submit` ({SUBMISSION}: {error}); give another --directory")
-    })?;
-    let former: Submission = serde_json::from_slice(&bytes)
-        .with_context(|| format!("{} is damaged; give another --directory", path.display()))?;
-    let file = directory.join(&former.file);
-    if former.study != new.study || !is_same(study, &file)? {
-        bail!(
-            "{shown} belongs to another study, or to this one before it was edited ({}); give another \
-             --directory, or remove it",
-            file.display()
-        );
-    }
-    if former.shards != new.shards {
-        bail!(
-            "{shown} belongs to {} of this study; go on with --shards {}, or give another --directory",
-            count(former.shards as usize, "shard", "shards"),
-            former.shards
-        );
-    }
-    if exports.is_some_and(|exports| exports != former.exports) {
-        bail!("{shown} has its exports in {}; leave out --exports", former.exports.display());
-    }
-    if args.dry_run {
-        return Ok(former);
-    }
-    let queued = queued(&former.jobs)?;
-    if !queued.is_empty() {
-        let jobs = former.jobs.join(",");
-        bail!(
-            "the shards in {shown} are still queued or running: {}; wait for them, or cancel them by: \
-             scancel {jobs}",
-            count(queued.lines().count(), "job", "jobs")
-        );
-    }
-    Ok(former)
-}
-
-/// Returns a line for each of some jobs that is queued or runs.
-fn queued(jobs: &[String]) -> Result<String> {
-    if jobs.is_empty() {
-        return Ok(String::new());
-    }
-    let mut squeue = slurm_program("squeue");
-    squeue.args(["--noheader", "--format=%i %T"]).arg(format!("--jobs={}", jobs.join(",")));
-    let output = squeue.output().context("cannot run squeue")?;
-    if output.status.success() {
-        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
-    }
-    let answer = said(&output.stderr);
-    // A controller that does not know the job any more says so by failing.
-    if answer.contains("Invalid job id specified") {
-        return Ok(String::new());
-    }
-    bail!(
-        "it is not known whether the jobs {} of the submission before are still queued or running: \
-         squeue says {answer}; try again when the controller answers",
-        jobs.join(", ")
-    )
-}
-
-/// Returns a program of Slurm that speaks to the cluster on which this one runs, and to which the
-/// user's variables give no options.
-fn slurm_program(name: &str) -> Command {
-    let mut program = Command::new(name);
-    program.stdin(Stdio::null()).env_remove("SLURM_CLUSTERS");
-    for (variable, _) in std::env::vars_os() {
-        let bytes = variable.as_encoded_bytes();
-        if bytes.starts_with(b"SQUEUE_") || bytes.starts_with(b"SCANCEL_") {
-            program.env_remove(variable);
-        }
-    }
-    program
-}
-
-/// Writes the directory of a submission: whole, or not at all if it is new. In one that is there,
-/// only the scripts are written.
-fn write_directory(
-    study: &Study,
-    submission: &Submission,
-    scripts: &Scripts<'_>,
-    directory: &Path,
-) -> Result<()> {
-    if directory.exists() {
-        return write_scripts(scripts, directory);
-    }
-    // Without what may stand at the end of it, a slash.
-    let mut draft = directory.components().as_path().as_os_str().to_owned();
-    draft.push(format!(".{}", std::process::id()));
-    let draft = PathBuf::from(draft);
-    let write = || {
-        fs::create_dir_all(draft.join(LOG))?;
-        freeze(study, &draft.join(FROZEN))?;
-        write_scripts(scripts, &draft)?;
-        write_submission(submission, &draft)?;
-        fs::create_dir_all(draft.join(&submission.exports))?;
-        Ok(fs::rename(&draft, directory)?)
-    };
-    let written: Result<()> = write();
-    if written.is_err() {
-        // What is left of a draft is of no use; the error that made it so matters more.
-        let _ = fs::remove_dir_all(&draft);
-    }
-    written.with_context(|| format!("cannot write {}", directory.display()))
-}
-
-fn write_scripts(scripts: &Scripts<'_>, directory: &Path) -> Result<()> {
-    for (name, text) in [(ARRAY_SCRIPT, scripts.array()), (MERGE_SCRIPT, scripts.merge())] {
-        let path = directory.join(name);
-        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    Ok(())
-}
-
-fn write_submission(submission: &Submission, directory: &Path) -> Result<()> {
-    let path = directory.join(SUBMISSION);
-    let draft = directory.join(format!("{SUBMISSION}.{}", std::process::id()));
-    fs::write(&draft, serde_json::to_string_pretty(submission)? + "\n")
-        .and_then(|()| fs::rename(&draft, &path))
-        .with_context(|| format!("cannot write {}", path.display()))
-}
-
 /// A submission that is being made, and where it is written down.
 struct SubmissionPlace<'p> {
     submission: Submission,
@@ -544,13 +321,14 @@ struct SubmissionPlace<'p> {
 /// those before it are cancelled.
 fn submit_all(
     args: &SubmitArgs,
+    resources: &Resources,
     arrays: &[Array],
     place: SubmissionPlace<'_>,
     calls: &mut Vec<SbatchCall>,
 ) -> Result<()> {
     let SubmissionPlace { mut submission, directory, is_new } = place;
     let mut submit = |mut call: SbatchCall, calls: &mut Vec<SbatchCall>| {
-        let job = sbatch(args, &call, directory)?;
+        let job = sbatch(&call, resources, directory)?;
         submission.jobs.push(job.clone());
         call.job = Some(job);
         calls.push(call);
@@ -564,14 +342,7 @@ fn submit_all(
     };
     let Err(error) = submit_each() else { return Ok(()) };
     let jobs = &submission.jobs;
-    let cancelled = match jobs.is_empty() {
-        true => Ok(()),
-        false => match slurm_program("scancel").args(jobs).output() {
-            Ok(output) if output.status.success() => Ok(()),
-            Ok(output) => Err(said(&output.stderr)),
-            Err(error) => Err(error.to_string()),
-        },
-    };
+    let cancelled = cancel(jobs);
     if cancelled.is_ok() && is_new {
         // The refusal of the scheduler matters more than a directory that stays.
         let _ = fs::remove_dir_all(directory);
@@ -589,114 +360,4 @@ fn submit_all(
             jobs.join(" ")
         )),
     })
-}
-
-/// Returns the call that submits an array. If only so many elements may run at a time, an array
-/// waits for the one before it.
-fn array_call(array: &Array, at_a_time: Option<u32>, before: Option<&SbatchCall>) -> SbatchCall {
-    let mut words = vec!["--parsable".to_owned(), format!("--array={}", array.option(at_a_time))];
-    if let (Some(before), Some(_)) = (before, at_a_time) {
-        words.push(depend(&[before]));
-    }
-    words.extend([ARRAY_SCRIPT.to_owned(), array.first.to_string()]);
-    call(array.shards().collect(), words)
-}
-
-/// Returns the call that submits the merge after all arrays, however they end; without an array,
-/// every shard is finished.
-fn merge_call(arrays: &[SbatchCall]) -> SbatchCall {
-    let mut words = vec!["--parsable".to_owned()];
-    if !arrays.is_empty() {
-        words.push(depend(&arrays.iter().collect::<Vec<_>>()));
-        words.push("--kill-on-invalid-dep=yes".to_owned());
-    }
-    words.push(MERGE_SCRIPT.to_owned());
-    call(Vec::new(), words)
-}
-
-fn call(shards: Vec<u32>, words: Vec<String>) -> SbatchCall {
-    let shown: Vec<String> = words.iter().map(|word| option_word(word)).collect();
-    SbatchCall { shards, command: format!("sbatch {}", shown.join(" ")), words, job: None }
-}
-
-/// Returns the option that lets a job wait for the end of others. Jobs that have no number yet are
-/// called by their place.
-fn depend(calls: &[&SbatchCall]) -> String {
-    let mut option = "--dependency=afterany".to_owned();
-    for (index, call) in calls.iter().enumerate() {
-        let job = call.job.clone().unwrap_or_else(|| match calls {
-            [_] => "ARRAY".to_owned(),
-            _ => format!("ARRAY{}", index + 1),
-        });
-        option += &format!(":{job}");
-    }
-    option
-}
-
-/// Submits a job and returns its number.
-fn sbatch(args: &SubmitArgs, call: &SbatchCall, directory: &Path) -> Result<String> {
-    let mut sbatch = slurm_program("sbatch");
-    sbatch.args(&call.words).current_dir(directory);
-    let is_merge = call.shards.is_empty();
-    let has_memory = args.mem.is_some() || is_merge && args.merge_mem.is_some();
-    let has_time = args.time.is_some() || is_merge && args.merge_time.is_some();
-    // What these say would overrule the scripts, or be taken for what the job's own Slurm says.
-    let given = [
-        ("SBATCH_TIMELIMIT", has_time),
-        ("SBATCH_MEM_PER_NODE", has_memory),
-        ("SBATCH_MEM_PER_CPU", has_memory),
-        ("SBATCH_MEM_PER_GPU", has_memory),
-        ("SBATCH_PARTITION", args.partition.is_some()),
-        ("SBATCH_ACCOUNT", args.account.is_some()),
-    ];
-    let given = given.iter().filter(|(_, is_given)| *is_given).map(|(variable, _)| *variable);
-    for variable in given.chain(OVERRULING) {
-        sbatch.env_remove(variable);
-    }
-    let output = match sbatch.output() {
-        Ok(output) => output,
-        Err(error) if error.kind() == ErrorKind::NotFound => {
-            bail!("there is no sbatch on the PATH; submit from a login node of the cluster")
-        }
-        Err(error) => return Err(error).context("cannot run sbatch"),
-    };
-    if !output.status.success() {
-        bail!("sbatch refuses `{}`: {}", call.command, said(&output.stderr));
-    }
-    // The number stands first; the name of a cluster may follow.
-    let answer = String::from_utf8_lossy(&output.stdout);
-    let job = answer.lines().last().and_then(|line| line.split(';').next()).unwrap_or_default();
-    if job.is_empty() || !job.bytes().all(|byte| byte.is_ascii_digit()) {
-        bail!("sbatch did not say the number of the job, but `{}`", wording::excerpt(&answer, 200));
-    }
-    Ok(job.to_owned())
-}
-
-/// Variables that change what is submitted.
-const OVERRULING: [&str; 15] = [
-    "SBATCH_ARRAY_INX",
-    "SBATCH_CLUSTERS",
-    "SBATCH_CPUS_PER_TASK",
-    "SBATCH_ERROR",
-    "SBATCH_JOB_NAME",
-    "SBATCH_NO_REQUEUE",
-    "SBATCH_OPEN_MODE",
-    "SBATCH_OUTPUT",
-    "SBATCH_REQUEUE",
-    "SBATCH_SIGNAL",
-    "SBATCH_WAIT",
-    "SLURM_CPUS_PER_TASK",
-    "SLURM_MEM_PER_CPU",
-    "SLURM_MEM_PER_NODE",
-    "SLURM_RESTART_COUNT",
-];
-
-/// Returns what a program said on standard error, on one line.
-fn said(bytes: &[u8]) -> String {
-    let text = String::from_utf8_lossy(bytes);
-    let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
-    match lines.is_empty() {
-        true => "nothing".to_owned(),
-        false => wording::excerpt(&lines.join("; "), 400),
-    }
 }
