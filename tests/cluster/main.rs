@@ -158,6 +158,39 @@ fn a_shard_that_runs_out_of_time_goes_on_and_a_cancelled_one_is_missed() {
     place.assert_same("slow", "single", "slow-shards/slow.tribosweep");
 }
 
+/// A limit of Slurm is a minute at least, so this takes some four of them:
+/// `cargo test --test cluster -- --ignored`.
+#[test]
+#[ignore = "it waits for three limits of a minute"]
+fn a_limit_shorter_than_the_work_takes_three_requeues() {
+    let Some(slurm) = Slurm::start() else { return };
+    // A stint has half a minute before it is told to stop, so the work is that of four of them.
+    let place = Place::with(&[("slow.toml", &slow(2))]);
+    let clock = std::time::Instant::now();
+    place.succeed("run slow.toml --store sample --workers 1");
+    let jobs = (4.0 * 31.0 / clock.elapsed().as_secs_f64() * 2.0).ceil() as usize;
+    let place = Place::with(&[("slow.toml", &slow(jobs))]);
+    let report = slurm.submit(&place, "slow.toml --shards 1 --time 1 -- --exclusive");
+    let job = format!("{}_0", report["arrays"][0]["job"].as_str().unwrap());
+    let export = "slow-shards/exports/slow.1-of-1.tribosweep";
+    let mut stints = Vec::new();
+    for restart in 1..=3 {
+        slurm.wait_for_restart(&job, restart);
+        stints.push(place.records(export));
+    }
+    slurm.wait_for_all();
+    let log = place.logs("slow-shards");
+    assert!(slurm.restarts(&job) >= 3, "{log}");
+    stints.push(place.records(export));
+    assert_eq!(stints[stints.len() - 1].len(), jobs, "{log}");
+    for pair in stints.windows(2) {
+        assert!(pair[0].len() < pair[1].len(), "every stint adds results:\n{log}");
+        place.assert_kept(&pair[0], export);
+    }
+    place.succeed("run slow.toml --store single --workers 2");
+    place.assert_same("slow", "single", "slow-shards/slow.tribosweep");
+}
+
 #[test]
 fn a_cluster_ends_with_its_owner_and_nothing_else_is_removed() {
     let mut owner = Command::new("sleep").arg("600").spawn().unwrap();

@@ -119,7 +119,12 @@ impl Slurm {
         let before = self.restarts(job);
         self.wait_for_workers(job);
         self.succeed("scancel", &["--batch", "--signal=USR1", job]);
-        wait_until(&format!("{job} is queued again"), || self.restarts(job) > before);
+        self.wait_for_restart(job, before + 1);
+    }
+
+    /// Waits until an element was queued again so many times.
+    pub(crate) fn wait_for_restart(&self, job: &str, restart: u32) {
+        wait_until(&format!("{job} is queued again"), || self.restarts(job) >= restart);
     }
 
     /// Tells whether workers run for an element of an array, which carry the numbers of both in
