@@ -7,7 +7,8 @@ use contact::model::{
 
 use crate::error::Mistake;
 use crate::job::Case;
-use crate::key::{Key, Quantity, Table};
+use crate::key::{Key, Table};
+use crate::quantity::Quantity;
 use crate::sheet::{
     FileContent, NamedMap, NeededFile, ProfileFile, Setting, Sheet, SurfaceNames, TablePlaces,
 };

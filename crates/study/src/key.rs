@@ -11,97 +11,10 @@
 
 use std::borrow::Cow;
 
-use contact::model::{Effect, Foundation, Loading};
+use contact::model::{Foundation, Loading};
 
+use crate::quantity::Quantity;
 use crate::units::Dimension;
-use crate::value::ValueType;
-
-/// The values that may stand behind a key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Quantity {
-    /// A number in SI units, or a text with a unit.
-    Number(Dimension),
-    /// A whole number, 0 or above.
-    Count,
-    /// A whole number of elements or a pair of them.
-    Mesh,
-    /// One of these words.
-    Choice(&'static [&'static str]),
-    /// Any text.
-    Text,
-    /// A unit of length.
-    LengthUnit,
-    /// A list of names of effects; neither their order nor repetitions matter.
-    Effects,
-    /// A list of tables like this one; its value is their number.
-    List(&'static str),
-}
-
-impl Quantity {
-    /// Describes the values for messages: `a pressure, for example "1 MPa", or a number in Pa`.
-    pub(crate) fn expected(self) -> String {
-        match self {
-            Quantity::Number(Dimension::Pure) => "a number".to_owned(),
-            Quantity::Number(dimension) => {
-                let example = match dimension {
-                    Dimension::Length => "0.5 mm",
-                    Dimension::Angle => "5 deg",
-                    Dimension::Pressure => "80 GPa",
-                    Dimension::Force => "1 kN",
-                    Dimension::Moment => "2 N m",
-                    _ => return format!("a number in {}", dimension.unit()),
-                };
-                format!(
-                    "{} like \"{example}\" or a number in {}",
-                    dimension.noun(),
-                    dimension.unit()
-                )
-            }
-            Quantity::Count => "a whole number".to_owned(),
-            Quantity::Mesh => {
-                "a whole number of elements like 64, or a pair like [64, 32]".to_owned()
-            }
-            Quantity::Choice(words) => match words {
-                [only] => format!("\"{only}\""),
-                _ => one_of(words),
-            },
-            Quantity::Text => "a text".to_owned(),
-            Quantity::LengthUnit => {
-                format!(
-                    "a unit of length: {}",
-                    quoted(&Dimension::Length.units().collect::<Vec<_>>())
-                )
-            }
-            Quantity::Effects => {
-                format!(
-                    "a list of effects like [\"coupling\", \"asymmetry-x\"], each {}",
-                    one_of(&Effect::OPTIONAL.map(Effect::name))
-                )
-            }
-            Quantity::List(example) => format!("a list of tables like [{example}]"),
-        }
-    }
-
-    /// Returns the kind of the values. A mesh that is a pair is a text in tables.
-    pub(crate) fn values(self) -> ValueType {
-        match self {
-            Quantity::Number(_) => ValueType::Number,
-            Quantity::Count | Quantity::Mesh | Quantity::List(_) => ValueType::Integer,
-            Quantity::Choice(_) | Quantity::Text | Quantity::LengthUnit | Quantity::Effects => {
-                ValueType::Text
-            }
-        }
-    }
-}
-
-/// Describes a choice of words for messages.
-pub(crate) fn one_of(words: &[&str]) -> String {
-    format!("one of {}", quoted(words))
-}
-
-fn quoted(words: &[&str]) -> String {
-    words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ")
-}
 
 macro_rules! keys {
     ($(

@@ -8,7 +8,8 @@ use toml::de::{DeInteger, DeTable, DeValue};
 use contact::model::{Effect, Mesh};
 
 use crate::error::{Mistake, Span, are_enough};
-use crate::key::{Key, Quantity, Table, one_of};
+use crate::key::{Key, Table};
+use crate::quantity::{Quantity, one_of};
 use crate::sheet::{Given, Setting, TablePlaces};
 use crate::suggestion::{nearest, standing_elsewhere};
 use crate::units::{Dimension, QuantityError, quantity};

@@ -18,6 +18,7 @@ mod points;
 #[cfg(test)]
 mod tests;
 mod titles;
+mod topics;
 
 use contact::punch::Surface;
 

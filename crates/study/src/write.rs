@@ -1,7 +1,8 @@
 //! Writes a job as the text of a study that asks for it.
 
 use crate::job::Job;
-use crate::key::{Key, Quantity};
+use crate::key::Key;
+use crate::quantity::Quantity;
 use crate::settings::{length, settings};
 use crate::sheet::Setting;
 

@@ -10,7 +10,8 @@ use crate::columns::column::Column;
 use crate::error::{Mistake, Span};
 use crate::figure::Figure;
 use crate::job::Job;
-use crate::key::{Key, one_of};
+use crate::key::Key;
+use crate::quantity::one_of;
 use crate::read;
 use crate::read::Node;
 

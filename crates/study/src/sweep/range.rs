@@ -6,7 +6,8 @@ use contact::model::Mesh;
 
 use crate::axis::{Choice, MAX_POINTS};
 use crate::error::Mistake;
-use crate::key::{Key, Quantity};
+use crate::key::Key;
+use crate::quantity::Quantity;
 use crate::read::{self, Node};
 use crate::sheet::Setting;
 use crate::units::Dimension;
