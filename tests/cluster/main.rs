@@ -164,18 +164,19 @@ fn a_shard_that_runs_out_of_time_goes_on_and_a_cancelled_one_is_missed() {
 #[ignore = "it waits for three limits of a minute"]
 fn a_limit_shorter_than_the_work_takes_three_requeues() {
     let Some(slurm) = Slurm::start() else { return };
-    // A stint has half a minute before it is told to stop, so the work is that of four of them.
+    // A stint has half a minute before it is told to stop, and the work is that of six of them.
     let place = Place::with(&[("slow.toml", &slow(2))]);
     let clock = std::time::Instant::now();
     place.succeed("run slow.toml --store sample --workers 1");
-    let jobs = (4.0 * 31.0 / clock.elapsed().as_secs_f64() * 2.0).ceil() as usize;
+    let jobs = (6.0 * 31.0 / clock.elapsed().as_secs_f64() * 2.0).ceil() as usize;
     let place = Place::with(&[("slow.toml", &slow(jobs))]);
     let report = slurm.submit(&place, "slow.toml --shards 1 --time 1 -- --exclusive");
     let job = format!("{}_0", report["arrays"][0]["job"].as_str().unwrap());
     let export = "slow-shards/exports/slow.1-of-1.tribosweep";
     let mut stints = Vec::new();
     for restart in 1..=3 {
-        slurm.wait_for_restart(&job, restart);
+        let is_queued_again = slurm.waits_for_restart(&job, restart);
+        assert!(is_queued_again, "restart {restart}\n{}", place.logs("slow-shards"));
         stints.push(place.records(export));
     }
     slurm.wait_for_all();

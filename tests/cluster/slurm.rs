@@ -119,12 +119,18 @@ impl Slurm {
         let before = self.restarts(job);
         self.wait_for_workers(job);
         self.succeed("scancel", &["--batch", "--signal=USR1", job]);
-        self.wait_for_restart(job, before + 1);
+        assert!(self.waits_for_restart(job, before + 1), "{job} is not queued again");
     }
 
-    /// Waits until an element was queued again so many times.
-    pub(crate) fn wait_for_restart(&self, job: &str, restart: u32) {
-        wait_until(&format!("{job} is queued again"), || self.restarts(job) >= restart);
+    /// Waits until an element was queued again so many times, or has ended; returns true if it was
+    /// queued again.
+    pub(crate) fn waits_for_restart(&self, job: &str, restart: u32) -> bool {
+        let mut is_queued_again = false;
+        wait_until(&format!("{job} is queued again or ends"), || {
+            is_queued_again = self.restarts(job) >= restart;
+            is_queued_again || self.succeed("squeue", &["--noheader", "--jobs", job]).is_empty()
+        });
+        is_queued_again
     }
 
     /// Tells whether workers run for an element of an array, which carry the numbers of both in
