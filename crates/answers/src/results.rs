@@ -17,7 +17,7 @@ use crate::records::{RecordMap, Records};
 use crate::rows::{heads, increments, row};
 use crate::undrawn::{IS_CERTIFIED, Undrawn, only_certified};
 use crate::variation::{Variation, noise, variation};
-use crate::warnings::{AskedError, Subject, Warning, of_elements, of_estimates};
+use crate::warnings::{RequiredError, Subject, Warning, of_elements, of_estimates};
 
 /// The points of a study, with the records that their jobs have left.
 pub struct Results<'r> {
@@ -141,14 +141,14 @@ impl<'r> Results<'r> {
             Some(Adaptive::Refine { on, until, .. }) => {
                 let last = (0..all.len()).filter(|index| is_last(&all[*index..]));
                 let ends: Vec<&StudyPoint> = last.map(|index| all[index]).collect();
-                if let Some(limit) = AskedError::of_column(on, *until) {
+                if let Some(limit) = RequiredError::of_column(on, *until) {
                     warnings.extend(of_estimates(&of(&ends), Subject::Points, &limit));
                 }
                 ends
             }
             Some(Adaptive::Accuracy(_) | Adaptive::Bisect { .. }) | None => all,
         };
-        let others = of_estimates(&of(&ends), Subject::Points, &AskedError::LARGE);
+        let others = of_estimates(&of(&ends), Subject::Points, &RequiredError::LARGE);
         warnings.extend(
             others.into_iter().filter(|other| !warnings.contains(other)).collect::<Vec<_>>(),
         );

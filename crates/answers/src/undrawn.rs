@@ -1,6 +1,7 @@
 //! The points of a figure that have no certified result: they are no points of a curve.
 
 use report::{Cell, DataTable, TableError};
+use study::Standing;
 
 use crate::error::AnswerError;
 
@@ -69,7 +70,7 @@ pub(crate) fn only_certified<'n>(
     let status = table.column("status").map_err(TableError::from)?;
     // Whoever draws the figure says which column is not there.
     let emptied: Vec<usize> = names.filter_map(|name| table.column(name).ok()).collect();
-    let certified = Cell::Text("certified".to_owned());
+    let certified = Cell::Text(Standing::Certified.to_string());
     let rows = table.rows().iter().map(|row| {
         let mut row = row.clone();
         if row.get(status) != Some(&certified) {

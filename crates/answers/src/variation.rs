@@ -28,6 +28,26 @@ pub(crate) fn noise(points: &[StudyPoint]) -> f64 {
     (10.0 * tolerances.fold(1e-9, f64::max)).min(MOST_NOISE)
 }
 
+/// The value of a cell, by which rows are told apart. Numbers are the same if all their bits are.
+#[derive(PartialEq, Eq, Hash)]
+enum CellIdentity<'c> {
+    Number(u64),
+    Integer(i64),
+    Text(&'c str),
+    Missing,
+}
+
+impl CellIdentity<'_> {
+    fn of(cell: &Cell) -> CellIdentity<'_> {
+        match cell {
+            Cell::Number(number) => CellIdentity::Number(number.to_bits()),
+            Cell::Integer(integer) => CellIdentity::Integer(*integer),
+            Cell::Text(text) => CellIdentity::Text(text),
+            Cell::Missing => CellIdentity::Missing,
+        }
+    }
+}
+
 /// Looks for columns of a figure that vary by more than a relative `noise` along some curve. The
 /// rows of the table are certified results.
 pub(crate) fn variation(
@@ -39,10 +59,10 @@ pub(crate) fn variation(
     let x = index(&figure.x)?;
     let apart = figure.series.iter().chain(&figure.panels);
     let apart = apart.map(index).collect::<Result<Vec<usize>, _>>()?;
-    let mut curves: HashMap<String, Vec<&[Cell]>> = HashMap::new();
+    let mut curves: HashMap<Vec<CellIdentity<'_>>, Vec<&[Cell]>> = HashMap::new();
     for row in table.rows().iter().filter(|row| row[x].number().is_some()) {
-        let curve: Vec<&Cell> = apart.iter().map(|column| &row[*column]).collect();
-        curves.entry(format!("{curve:?}")).or_default().push(row);
+        let curve = apart.iter().map(|column| CellIdentity::of(&row[*column])).collect();
+        curves.entry(curve).or_default().push(row);
     }
     let has_two = |rows: &&Vec<&[Cell]>| rows.iter().any(|row| row[x] != rows[0][x]);
     let curves: Vec<&Vec<&[Cell]>> = curves.values().filter(has_two).collect();

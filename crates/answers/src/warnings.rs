@@ -27,16 +27,16 @@ const FIGURES: [&str; 5] = ["load", "approach", "tangential_force", "shift", "pe
 
 /// The errors that an estimate is held against.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct AskedError {
+pub(crate) struct RequiredError {
     /// The figure whose error counts; `None` for any scalar.
     pub(crate) figure: Option<&'static str>,
     /// The largest relative error.
-    pub(crate) is: f64,
+    pub(crate) limit: f64,
 }
 
-impl AskedError {
+impl RequiredError {
     /// The error that is large whatever the study asks.
-    pub(crate) const LARGE: AskedError = AskedError { figure: None, is: LARGE };
+    pub(crate) const LARGE: RequiredError = RequiredError { figure: None, limit: LARGE };
 
     /// Returns the error of the figure that tells of a column, if it is to change by less than
     /// `until`; `None` for a column whose error nothing estimates.
@@ -49,7 +49,7 @@ impl AskedError {
             "stick_area" | "stick_fraction" => "stick_area",
             _ => return None,
         };
-        Some(Self { figure: Some(figure), is: until })
+        Some(Self { figure: Some(figure), limit: until })
     }
 
     fn figures(&self) -> &[&'static str] {
@@ -83,7 +83,7 @@ const COUNTS: [ElementCount; 2] = [
 /// Returns the doubts about one result of a scene, whatever its study asks.
 pub fn warnings(record: &Record) -> Vec<Warning> {
     let mut warnings = of_elements(&[record], Subject::OneResult);
-    warnings.extend(of_estimates(&[record], Subject::OneResult, &AskedError::LARGE));
+    warnings.extend(of_estimates(&[record], Subject::OneResult, &RequiredError::LARGE));
     warnings
 }
 
@@ -115,7 +115,7 @@ fn steps_of(record: &Record) -> &[StepOutcome] {
 pub(crate) fn of_estimates(
     records: &[&Record],
     subject: Subject,
-    limit: &AskedError,
+    required: &RequiredError,
 ) -> Vec<Warning> {
     let is_meant = |record: &&&Record| {
         record.is_certified()
@@ -123,8 +123,8 @@ pub(crate) fn of_estimates(
     };
     let meant: Vec<&&Record> = records.iter().filter(is_meant).collect();
     let mut warnings = Vec::new();
-    warnings.extend(missing(&meant, subject, limit));
-    warnings.extend(large(&meant, subject, limit));
+    warnings.extend(missing(&meant, subject, required));
+    warnings.extend(large(&meant, subject, required));
     warnings
 }
 
@@ -148,8 +148,8 @@ impl Subject {
     }
 }
 
-fn missing(records: &[&&Record], subject: Subject, limit: &AskedError) -> Option<Warning> {
-    let has_none = |record: &&&&Record| match (estimates(record), limit.figure) {
+fn missing(records: &[&&Record], subject: Subject, required: &RequiredError) -> Option<Warning> {
+    let has_none = |record: &&&&Record| match (estimates(record), required.figure) {
         (None, _) => true,
         (Some(errors), Some(figure)) => error(&errors, figure).is_none(),
         (Some(_), None) => false,
@@ -167,8 +167,8 @@ fn missing(records: &[&&Record], subject: Subject, limit: &AskedError) -> Option
     } else {
         ": half as many elements along each side did not do".to_owned()
     };
-    let what = limit.figure.map_or(String::new(), |figure| format!(" in the {}", noun(figure)));
-    let column = limit.figure.unwrap_or("solver");
+    let what = required.figure.map_or(String::new(), |figure| format!(" in the {}", noun(figure)));
+    let column = required.figure.unwrap_or("solver");
     Some(Warning {
         words: format!("no error{what}{} is estimated{why}", subject.of(concerned.len())),
         filter: format!("status == \"certified\" && estimate_{column} == null"),
@@ -179,11 +179,11 @@ fn missing(records: &[&&Record], subject: Subject, limit: &AskedError) -> Option
 /// The number of elements along a side below which there is no estimate.
 const FEWEST: u64 = 4;
 
-fn large(records: &[&&Record], subject: Subject, limit: &AskedError) -> Option<Warning> {
+fn large(records: &[&&Record], subject: Subject, required: &RequiredError) -> Option<Warning> {
     let above = |record: &Record, figure: &str| {
-        estimates(record).and_then(|errors| error(&errors, figure)).filter(|e| *e > limit.is)
+        estimates(record).and_then(|errors| error(&errors, figure)).filter(|e| *e > required.limit)
     };
-    let figures = limit.figures();
+    let figures = required.figures();
     let concerned = records
         .iter()
         .filter(|record| figures.iter().any(|figure| above(record, figure).is_some()));
@@ -201,10 +201,10 @@ fn large(records: &[&&Record], subject: Subject, limit: &AskedError) -> Option<W
         .map(|(figure, error)| format!("{} up to {}", noun(figure), percent(*error)))
         .collect();
     let conditions: Vec<String> =
-        worst.iter().map(|(figure, _)| format!("estimate_{figure} > {}", limit.is)).collect();
+        worst.iter().map(|(figure, _)| format!("estimate_{figure} > {}", required.limit)).collect();
     let of = subject.of(count);
-    let is = percent(limit.is);
-    let (is, advice) = match limit.figure {
+    let is = percent(required.limit);
+    let (is, advice) = match required.figure {
         Some(_) => (format!("the {is} asked for"), "a smaller `until`"),
         None => (is, "a finer `mesh`"),
     };

@@ -28,7 +28,7 @@ pub use loading::{Leg, Loading, Step};
 pub use numerics::{ChosenMethod, Mesh, Method, Numerics, Projection};
 pub use outcome::{
     Certificate, Estimate, Fields, FigureErrors, Hertz, Level, Observables, Outcome, RailContact,
-    State, Status, StepOutcome, Way, WorkDone,
+    Route, State, Status, StepOutcome, WorkDone,
 };
 pub use rigid::{Control, Dof, Motion, PerDof};
 pub(crate) use rigid::{rigid_displacement, rigid_modes};

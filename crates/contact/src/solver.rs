@@ -15,7 +15,7 @@
 //! - `load_control`: forces for a method that only knows prescribed motions;
 //! - `fallback`: Newton's method, and what is tried where it fails.
 
-use crate::model::{Method, Way};
+use crate::model::{Method, Route};
 use crate::problem::{Operators, Problem, Stage};
 
 mod controls;
@@ -51,7 +51,7 @@ pub(crate) fn solve(
             stop,
             iterations: 0,
             operator_applications: 0,
-            route: Way::default(),
+            route: Route::default(),
         };
     }
     let iterate = match method {

@@ -1,4 +1,4 @@
-//! This file says where the fields of a record are and bounds the size of a record.
+//! The place of the fields of a record, and the bound of its size.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! This file holds the name of a job.
+//! The name of a job.
 
 use std::fmt;
 use std::str::FromStr;

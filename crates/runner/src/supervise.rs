@@ -1,5 +1,4 @@
-//! This file starts child processes, tells how they ended, and keeps what they promise when they
-//! begin.
+//! Child processes: how they are started, how they ended, and what they promise when they begin.
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, Read, Write, stderr};

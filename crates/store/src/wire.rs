@@ -1,4 +1,4 @@
-//! These are the messages between a reader and the process that has the store open.
+//! The messages between a reader and the process that has the store open.
 //!
 //! sled admits one process, so the holder answers readers on an abstract Unix socket. Such a socket
 //! has no file that could be left behind or whose path could be too long, and it is gone with the

@@ -301,7 +301,7 @@ pub(crate) mod tests {
                 force_imbalance: 0.7,
             },
             work: WorkDone { iterations: 22, operator_applications: 23 },
-            route: contact::model::Way::NewtonAndSeidel,
+            route: contact::model::Route::NewtonAndSeidel,
         };
         let hertz = Hertz {
             semi_axis_a: 41.0,

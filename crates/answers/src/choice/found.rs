@@ -69,7 +69,7 @@ pub enum Discovery {
     },
     /// The condition is the same at every value that was tried.
     Everywhere {
-        /// It holds.
+        /// True if it holds everywhere, false if nowhere.
         holds: bool,
     },
     /// These settings are to be tried next.

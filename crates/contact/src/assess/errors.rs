@@ -369,13 +369,13 @@ mod tests {
     #[test]
     fn names_are_those_of_the_fields() {
         let mut left = serde_json::to_value(FigureErrors::default()).unwrap();
-        for (which, (name, _)) in FigureErrors::default().named().into_iter().enumerate() {
-            left[name] = which.into();
+        for (index, (name, _)) in FigureErrors::default().named().into_iter().enumerate() {
+            left[name] = index.into();
         }
         let errors: FigureErrors = serde_json::from_value(left).unwrap();
         assert_eq!(
             errors.named().map(|(_, error)| error),
-            std::array::from_fn(|which| Some(which as f64))
+            std::array::from_fn(|index| Some(index as f64))
         );
     }
 }

@@ -63,7 +63,7 @@ impl Outcome {
     }
 
     /// Returns the last resort that any increment needed.
-    pub fn way(&self) -> Option<Way> {
+    pub fn route(&self) -> Option<Route> {
         self.steps.iter().map(|step| step.route).max()
     }
 
@@ -139,13 +139,13 @@ pub struct StepOutcome {
     pub work: WorkDone,
     /// The way to the solution; it is stored under the name `way`.
     #[serde(rename = "way")]
-    pub route: Way,
+    pub route: Route,
 }
 
 /// The way to a solution: a method, or the one that it fell back on. Each of the later ones is
 /// tried if the one before it fails.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Way {
+pub enum Route {
     /// Newton's method, with the motions that forces govern among its unknowns.
     #[default]
     Newton,
@@ -157,14 +157,14 @@ pub enum Way {
     Seidel,
 }
 
-impl Way {
+impl Route {
     /// Returns the way in words, as the column `way` has it.
     pub fn words(self) -> &'static str {
         match self {
-            Way::Newton => "newton",
-            Way::NewtonWithinForces => "newton within forces",
-            Way::NewtonAndSeidel => "newton and seidel",
-            Way::Seidel => "seidel",
+            Route::Newton => "newton",
+            Route::NewtonWithinForces => "newton within forces",
+            Route::NewtonAndSeidel => "newton and seidel",
+            Route::Seidel => "seidel",
         }
     }
 }

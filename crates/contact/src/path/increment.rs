@@ -203,7 +203,7 @@ fn work(iterate: &Iterate) -> WorkDone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Way;
+    use crate::model::Route;
 
     #[test]
     fn a_failure_names_the_force_that_is_not_carried() {
@@ -213,10 +213,10 @@ mod tests {
             stop: Stop::Stalled { residual: 0.2 },
             iterations: 17,
             operator_applications: 0,
-            route: Way::Newton,
+            route: Route::Newton,
         };
-        let mut asked = PerDof::all(Control::Motion(0.0));
-        (asked[Dof::Approach], asked[Dof::ShiftX], asked[Dof::TiltY]) =
+        let mut controls = PerDof::all(Control::Motion(0.0));
+        (controls[Dof::Approach], controls[Dof::ShiftX], controls[Dof::TiltY]) =
             (Control::Force(2.0), Control::Force(0.5), Control::Force(-0.25));
         let observables = Observables {
             load: 2.0,
@@ -226,7 +226,7 @@ mod tests {
             ..Observables::default()
         };
         let say = |observables: &Observables, certificate: &Certificate| {
-            failure(0.3, &iterate, &asked, observables, certificate, 1e-8)
+            failure(0.3, &iterate, &controls, observables, certificate, 1e-8)
         };
         let unbalanced = Certificate { force_imbalance: 0.1, ..Certificate::default() };
         assert_eq!(

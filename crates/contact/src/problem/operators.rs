@@ -153,7 +153,7 @@ mod tests {
                 let part = operator.within(window.size, mirror);
                 let blocks = components.len();
                 let tractions: Vec<f64> =
-                    (0..blocks * window.len()).map(|at| (1.7 * at as f64).sin()).collect();
+                    (0..blocks * window.len()).map(|index| (1.7 * index as f64).sin()).collect();
                 let mut p = vec![0.0; blocks * grid.len()];
                 window.each_row(&grid, blocks, |of_window, of_grid| {
                     p[of_grid].copy_from_slice(&tractions[of_window])

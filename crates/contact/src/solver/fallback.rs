@@ -6,7 +6,7 @@
 use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
 use super::{load_control, newton, seidel};
 use crate::influence::{Direction, Mirror};
-use crate::model::{Control, Dof, Way};
+use crate::model::{Control, Dof, Route};
 use crate::problem::{Operator, Operators, Problem, Stage};
 
 /// The number of rounds of Seidel sweeps that may bring a start within Newton's reach.
@@ -44,7 +44,7 @@ fn staged(
         stop: Stop::Converged,
         iterations: 0,
         operator_applications: 0,
-        route: Way::Newton,
+        route: Route::Newton,
     };
     for (motion, control) in total.motion.iter_mut().zip(controls) {
         if let Control::Motion(value) = control {
@@ -115,12 +115,12 @@ fn prescribed(
         );
         let swept = adding_work(&iterate, swept);
         if swept.stop == Stop::Converged {
-            return Iterate { motion: start.motion, route: Way::NewtonAndSeidel, ..swept };
+            return Iterate { motion: start.motion, route: Route::NewtonAndSeidel, ..swept };
         }
         let swept_start = Start { p: swept.p.clone(), motion: start.motion };
         let conditions = Conditions { controls: &controls, start: &swept_start, rule };
         let tried = newton::solve(problem, operator, &conditions);
-        iterate = Iterate { route: Way::NewtonAndSeidel, ..adding_work(&swept, tried) };
+        iterate = Iterate { route: Route::NewtonAndSeidel, ..adding_work(&swept, tried) };
         if iterate.stop != Stop::Converged {
             iterate.p = swept.p;
         }

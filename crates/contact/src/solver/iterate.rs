@@ -1,6 +1,6 @@
 //! The start of a solver, the iterate that it hands over, and the rule by which it may stop.
 
-use crate::model::{Control, Dof, PerDof, Way};
+use crate::model::{Control, Dof, PerDof, Route};
 
 /// The place where a solver begins, in the problem's units.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Iterate {
     /// The number of operator applications; a Seidel sweep counts as one.
     pub operator_applications: u64,
     /// The route by which it was found.
-    pub route: Way,
+    pub route: Route,
 }
 
 /// The reason why a solver stopped.

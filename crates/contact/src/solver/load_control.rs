@@ -5,7 +5,7 @@ use primitives::FullPivotLu;
 use super::controls::{first_approach, governed, imbalances, target};
 use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
 use super::newton;
-use crate::model::{Dof, PerDof, Way};
+use crate::model::{Dof, PerDof, Route};
 use crate::problem::{Operator, Problem};
 
 /// The number of outer iterations after which load control gives up.
@@ -49,7 +49,7 @@ pub(super) fn solve(
         stop: Stop::Diverged,
         iterations: 0,
         operator_applications: 0,
-        route: if governed.is_empty() { Way::Newton } else { Way::NewtonWithinForces },
+        route: if governed.is_empty() { Route::Newton } else { Route::NewtonWithinForces },
     };
     let mut scratch = operator.scratch();
     let mut last: Option<OuterStep> = None;

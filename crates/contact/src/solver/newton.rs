@@ -21,7 +21,7 @@ use super::iterate::{Conditions, Iterate, Stop};
 use super::{controls, vector};
 use crate::common::parallel;
 use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weighted_images};
-use crate::model::{Dof, PerDof, Way, rigid_modes};
+use crate::model::{Dof, PerDof, Route, rigid_modes};
 use crate::problem::{Operator, Problem, h_u};
 
 /// The number of Newton steps without a new smallest residual after which the iteration counts as
@@ -64,7 +64,7 @@ pub(crate) fn solve(
         stop: Stop::Diverged,
         iterations: 0,
         operator_applications: 0,
-        route: Way::Newton,
+        route: Route::Newton,
     };
     if governed.contains(&Dof::Approach) && p.iter().all(|p| *p == 0.0) {
         motion[Dof::Approach] = controls::first_approach(problem, &motion, targets[Dof::Approach]);

@@ -12,7 +12,7 @@
 
 use super::iterate::{Iterate, Stop, StopRule};
 use crate::influence::InfluenceTable;
-use crate::model::{PerDof, Way};
+use crate::model::{PerDof, Route};
 use crate::problem::{Problem, g_mu};
 
 /// The number of sweeps without a new smallest residual after which the iteration counts as
@@ -87,7 +87,7 @@ pub fn solve(
         stop,
         iterations: sweeps,
         operator_applications: applications,
-        route: Way::Seidel,
+        route: Route::Seidel,
     }
 }
 

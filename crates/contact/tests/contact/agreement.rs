@@ -254,8 +254,8 @@ fn a_light_pull_needs_no_other_method() {
             )
             .unwrap();
             assert_eq!(
-                (&outcome.status, outcome.way()),
-                (&Status::Certified, Some(Way::Newton)),
+                (&outcome.status, outcome.route()),
+                (&Status::Certified, Some(Route::Newton)),
                 "ν = {poisson}, mesh {mesh}"
             );
             let end = outcome.last().unwrap();
@@ -281,8 +281,8 @@ fn many_elements_under_a_flat_disk_take_few_steps() {
         let (outcome, _) =
             solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
         assert_eq!(
-            (&outcome.status, outcome.way()),
-            (&Status::Certified, Some(Way::Newton)),
+            (&outcome.status, outcome.route()),
+            (&Status::Certified, Some(Route::Newton)),
             "{step:?}"
         );
         assert!(

@@ -1,4 +1,4 @@
-//! This file says what becomes of a job when an attempt at it ends.
+//! The end of an attempt, and what becomes of its job.
 
 use super::state::{Coordinator, JobState, Postponement, Saving};
 use crate::error::Want;

@@ -1,4 +1,4 @@
-//! This file holds everything that the coordinator knows.
+//! The knowledge of the coordinator.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;

@@ -209,7 +209,7 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
         ColumnSource::Outcome(|outcome| Value::Integer(outcome.work().operator_applications));
     Work "way" Text "method that solved it, or was tried last: the last resort along the path"
         ColumnSource::Outcome(|outcome| {
-            outcome.way().map_or(Value::Missing, |way| Value::Text(way.words().to_owned()))
+            outcome.route().map_or(Value::Missing, |route| Value::Text(route.words().to_owned()))
         });
 };
 
