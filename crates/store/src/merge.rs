@@ -7,22 +7,28 @@
 //! jobs that have several records are decided without keeping any record, and at last every source
 //! is read once more, from its beginning to its end, and what it has to give is written.
 
+mod report;
+mod source;
+mod target;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use identity::JobKey;
 
-use crate::blob::Blobs;
 use crate::digest::Digest;
 use crate::durable;
-use crate::error::{OpenError, ReadError, WriteError};
+use crate::error::{ReadError, WriteError};
 use crate::export::{ExportError, ExportWriter};
-use crate::exports::{ExportHeader, ExportSet, FileIdentity, ShardName, ShardState};
+use crate::exports::{ExportHeader, FileIdentity, ShardName, ShardState};
 use crate::parts;
 use crate::reader::StoreReader;
 use crate::rules::{Candidate, Examination, MergeRules, RecordChoice, RecordRank};
 use crate::store::Store;
+
+pub use self::report::{MergeError, MergeReport, MergeSelection, RecordConflict};
+use self::source::MergeSource;
+use self::target::MergeTarget;
 
 /// The size of the records that are committed together \[bytes\]. They are sorted first, so that a
 /// page of the database is written less often (measured with a million records of 800 bytes: 12 400
@@ -34,186 +40,6 @@ const GROUP_RECORDS: usize = 65_536;
 
 /// The number of the target where the sources are numbered.
 const TARGET: u32 = u32::MAX;
-
-/// The choice of what is merged.
-#[derive(Clone, Debug, Default)]
-pub struct MergeSelection {
-    /// The names of the studies, if not all.
-    pub studies: Option<BTreeSet<String>>,
-    /// The jobs, if not all.
-    pub keys: Option<BTreeSet<JobKey>>,
-}
-
-/// A job of which two sources have different results. Nothing of it is changed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RecordConflict {
-    /// The job.
-    pub key: JobKey,
-    /// A source with a result.
-    pub first: PathBuf,
-    /// A source with another result.
-    pub second: PathBuf,
-}
-
-/// The result of a merge.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct MergeReport {
-    /// The number of jobs that had no record before.
-    pub added: usize,
-    /// The number of jobs whose record took the place of one of lower rank.
-    pub replaced: usize,
-    /// The number of records in the sources that repeat what is there.
-    pub already_there: usize,
-    /// The number of records that were added and that another version of the program wrote. They
-    /// lie beside the others.
-    pub foreign: usize,
-    /// The number of blobs that were added, without the definitions of studies.
-    pub blobs: usize,
-    /// The number of studies that were added.
-    pub studies: usize,
-    /// The jobs with different results.
-    pub conflicts: Vec<RecordConflict>,
-    /// The faults of what was left out, in words.
-    pub faults: Vec<String>,
-    /// The records that are in the target without a blob that they refer to, in words.
-    pub incomplete: Vec<String>,
-    /// The shards whose results are in the target, with their last notes.
-    pub shards: Vec<ShardState>,
-    /// The shards of which nothing is remembered any more, because their study is in another number
-    /// of shards now. Their results stay.
-    pub forgotten: Vec<ShardName>,
-}
-
-/// The reason why nothing, or nothing more, is merged.
-#[derive(Debug, thiserror::Error)]
-pub enum MergeError {
-    /// Two sources have studies of one name that differ. Nothing was written.
-    #[error(
-        "{} and {} have different studies called {name:?}, and nothing was merged; rename one of \
-         them, or merge them into different places",
-        .first.display(), .second.display()
-    )]
-    StudiesDiffer {
-        /// The name of the studies.
-        name: String,
-        /// A source with the study.
-        first: PathBuf,
-        /// A source with the other study.
-        second: PathBuf,
-    },
-    /// A study came in shards of different numbers. Nothing was written.
-    #[error(
-        "{} is {first_shard} and {} is {second_shard}: the shards are of different numbers, and \
-         nothing was merged; merge those of one number",
-        .first.display(), .second.display()
-    )]
-    ShardCounts {
-        /// A source with a shard.
-        first: PathBuf,
-        /// The shard.
-        first_shard: ShardName,
-        /// A source with a shard of another number.
-        second: PathBuf,
-        /// The other shard.
-        second_shard: ShardName,
-    },
-    /// A source or the target cannot be opened.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// A source cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// The target cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-    /// The target cannot be written.
-    #[error(transparent)]
-    Export(#[from] ExportError),
-}
-
-/// A place from which records come: a store, or one of several exports.
-struct MergeSource<'s> {
-    reader: &'s StoreReader,
-    /// The exports and the number of the one among them, if it is one.
-    export: Option<(Arc<ExportSet>, u32)>,
-    path: PathBuf,
-    /// True if this is what the target held before, of which everything stays.
-    is_target: bool,
-}
-
-impl MergeSource<'_> {
-    /// Lists what is read by `reader`.
-    fn all_of(reader: &StoreReader) -> Vec<MergeSource<'_>> {
-        let Some(set) = reader.export_set() else {
-            let path = reader.path().to_owned();
-            return vec![MergeSource { reader, export: None, path, is_target: false }];
-        };
-        let paths = set.files.iter().map(|file| file.path().to_owned());
-        paths
-            .zip(0..)
-            .map(|(path, number)| {
-                let export = Some((set.clone(), number));
-                MergeSource { reader, export, path, is_target: false }
-            })
-            .collect()
-    }
-
-    fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
-        match &self.export {
-            Some((set, number)) => Ok(set.keys_of(*number).collect()),
-            None => self.reader.keys(),
-        }
-    }
-
-    /// Returns the jobs among `keys` that have a record here, be it a damaged one.
-    fn having(&self, keys: &[JobKey]) -> Result<Vec<JobKey>, ReadError> {
-        let is_there = match &self.export {
-            Some((set, number)) => {
-                let is_in = |key| set.places(key).iter().any(|place| place.file == *number);
-                keys.iter().map(is_in).collect()
-            }
-            None => self.reader.contains(keys)?,
-        };
-        let found = keys.iter().zip(is_there).filter(|(_, is_there)| *is_there);
-        Ok(found.map(|(key, _)| *key).collect())
-    }
-
-    fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
-        match &self.export {
-            Some((set, number)) => Ok(set.files[*number as usize].studies.clone()),
-            None => self.reader.studies(),
-        }
-    }
-
-    fn shards(&self) -> Vec<ShardState> {
-        match &self.export {
-            Some((set, number)) => set.files[*number as usize].summary.shards(),
-            None => parts::read(&self.path),
-        }
-    }
-
-    /// Visits the records that are `wanted`.
-    fn visit(
-        &self,
-        wanted: impl Fn(&JobKey) -> bool,
-        mut visit: impl FnMut(&JobKey, Result<&[u8], ReadError>) -> Result<(), MergeError>,
-    ) -> Result<(), MergeError> {
-        if let Some((set, number)) = &self.export {
-            return set.visit(*number, wanted, visit);
-        }
-        let keys = self.reader.keys()?.into_iter().filter(wanted).collect();
-        for (key, record) in self.reader.select(keys) {
-            match record {
-                Err(gone @ (ReadError::Gone(_) | ReadError::Unanswered { .. })) => {
-                    return Err(gone.into());
-                }
-                Ok(record) => visit(&key, Ok(&record))?,
-                Err(error) => visit(&key, Err(error))?,
-            }
-        }
-        Ok(())
-    }
-}
 
 /// A job of which several sources, or a source and the target, have a record.
 struct SharedJob {
@@ -234,74 +60,6 @@ impl SharedJob {
             RecordChoice::Second => (self.best, self.holder) = (Some(candidate), source),
             RecordChoice::Conflict => self.rival = self.rival.or(Some(source)),
         }
-    }
-}
-
-/// The place into which is merged.
-enum MergeTarget<'t> {
-    Store(&'t Store),
-    Export(&'t mut ExportWriter),
-}
-
-impl MergeTarget<'_> {
-    fn keeps(&self, key: &JobKey) -> bool {
-        match self {
-            MergeTarget::Store(store) => store.contains(key),
-            MergeTarget::Export(_) => false,
-        }
-    }
-
-    /// Returns true if a sound record of the job is there, and those blobs.
-    fn has(&self, key: &JobKey, blobs: &BTreeSet<Digest>, rules: &MergeRules) -> bool {
-        match self {
-            MergeTarget::Store(store) => {
-                let record = store.get(key).ok().flatten();
-                record.is_some_and(|record| (rules.examine)(key, &record).is_ok())
-                    && blobs.iter().all(|digest| store.blobs().contains(digest))
-            }
-            MergeTarget::Export(writer) => {
-                writer.contains(key) && blobs.iter().all(|digest| writer.has_blob(digest))
-            }
-        }
-    }
-
-    fn path(&self) -> &Path {
-        match self {
-            MergeTarget::Store(store) => store.blobs().store(),
-            MergeTarget::Export(writer) => writer.path(),
-        }
-    }
-
-    /// Stores a blob of `source` and returns true if it was not there.
-    fn adopt(
-        &mut self,
-        digest: &Digest,
-        source: &Blobs,
-    ) -> Result<Result<bool, ReadError>, MergeError> {
-        match self {
-            MergeTarget::Store(store) => Ok(store.blobs().adopt(digest, source)?),
-            MergeTarget::Export(writer) => match writer.put_blob(digest, source) {
-                Ok(is_new) => Ok(Ok(is_new)),
-                Err(ExportError::Blob(fault)) => Ok(Err(fault)),
-                Err(error) => Err(error.into()),
-            },
-        }
-    }
-
-    fn commit(&mut self, group: &mut Vec<(JobKey, Vec<u8>)>) -> Result<(), MergeError> {
-        match self {
-            MergeTarget::Store(store) => {
-                group.sort_unstable_by_key(|(key, _)| *key);
-                store.commit(group)?;
-            }
-            MergeTarget::Export(writer) => {
-                for (key, record) in group.iter() {
-                    writer.put_record(key, record)?;
-                }
-            }
-        }
-        group.clear();
-        Ok(())
     }
 }
 
