@@ -365,7 +365,7 @@ impl Blobs {
     /// Returns true if there is a file for the blob. Its content is not read.
     pub fn contains(&self, digest: &Digest) -> bool {
         match &self.exports {
-            Some(exports) => exports.blob(digest).is_some(),
+            Some(exports) => exports.has_blob(digest),
             None => self.path(digest).is_file(),
         }
     }

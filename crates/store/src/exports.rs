@@ -2,11 +2,12 @@
 //! frames and nothing of stores.
 
 mod file;
+mod index;
 mod set;
 mod shard;
 mod summary;
 
-pub(crate) use self::file::{EXTENSION, FileIdentity, open_export};
+pub(crate) use self::file::{EXTENSION, ExportFile, FileIdentity, open_export};
 pub(crate) use self::set::{CompressedBlob, ExportSet, are_there, exports_at};
 pub use self::shard::{SHARD_LIMIT, ShardName, ShardState};
 pub(crate) use self::shard::{part_table, require_possible};
@@ -24,16 +25,6 @@ mod tests {
     use crate::digest::Digest;
     use crate::frame::{BodySum, EXPORT_FORMAT, FrameHead, FrameKind, MAGIC};
 
-    const KINDS: [FrameKind; 7] = [
-        FrameKind::Header,
-        FrameKind::Study,
-        FrameKind::Records,
-        FrameKind::Blob,
-        FrameKind::Note,
-        FrameKind::Part,
-        FrameKind::End,
-    ];
-
     fn export(frames: &[(FrameKind, Vec<u8>, Vec<u8>)]) -> tempfile::NamedTempFile {
         let mut file = tempfile::Builder::new().suffix(".tribosweep").tempfile().unwrap();
         file.write_all(MAGIC).unwrap();
@@ -48,7 +39,7 @@ mod tests {
     /// Reads everything that an export claims to have.
     fn read(file: &tempfile::NamedTempFile) -> ExportSummary {
         let set = ExportSet::open(file.path(), None).unwrap().unwrap();
-        let _ = set.first(&set.keys(), 1 << 20);
+        let _ = set.keys().map(|keys| set.first(&keys, 1 << 20));
         let _ = (set.faults_of_replaced(), set.studies(|_| None));
         let blobs = Blobs::in_exports(set.clone());
         for digest in set.files[0].blobs.keys() {
@@ -93,7 +84,7 @@ mod tests {
         // What a body decompresses to is bounded by its table.
         let set = export(&[(FrameKind::Records, entry(5), bomb.clone())]);
         let set = ExportSet::open(set.path(), None).unwrap().unwrap();
-        let answer = set.first(&[JobKey([7; 32])], 1 << 20).remove(0).unwrap_err();
+        let answer = set.first(&[JobKey([7; 32])], 1 << 20).unwrap().remove(0).unwrap_err();
         assert!(answer.to_string().contains("is damaged"), "{answer}");
         let set = export(&[(FrameKind::Blob, vec![7; 32], bomb)]);
         let set = ExportSet::open(set.path(), None).unwrap().unwrap();
@@ -104,10 +95,10 @@ mod tests {
         #[test]
         fn arbitrary_tables_never_panic(
             frames in proptest::collection::vec(
-                (0..KINDS.len(), proptest::collection::vec(any::<u8>(), 0..120), proptest::collection::vec(any::<u8>(), 0..40)), 0..6),
+                (0..FrameKind::ALL.len(), proptest::collection::vec(any::<u8>(), 0..120), proptest::collection::vec(any::<u8>(), 0..40)), 0..6),
         ) {
             let frames: Vec<_> =
-                frames.into_iter().map(|(kind, table, body)| (KINDS[kind], table, body)).collect();
+                frames.into_iter().map(|(kind, table, body)| (FrameKind::ALL[kind], table, body)).collect();
             read(&export(&frames));
         }
     }

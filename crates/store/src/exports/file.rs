@@ -5,6 +5,7 @@ use std::fs::{self, File};
 use std::io;
 use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::Path;
+use std::sync::Arc;
 
 use identity::JobKey;
 
@@ -14,61 +15,90 @@ use crate::error::OpenError;
 use crate::exports::shard::{part_of, require_possible};
 use crate::exports::summary::{ExportHeader, ExportSummary};
 use crate::frame::{
-    BodySum, Checksum, EXPORT_FORMAT, ExportFrame, FRAME_LIMIT, FrameKind, FrameStep, FrameWalk,
-    MAGIC, PREAMBLE, digest_of, entries_of,
+    BodySum, EXPORT_FORMAT, ExportFrame, FRAME_LIMIT, FrameKind, FrameStep, FrameWalk, MAGIC,
+    PREAMBLE, TableEntry, content_of, digest_of, entries_of,
 };
 use crate::rules::MergeRules;
 
 /// The ending of the name of every export.
 pub(crate) const EXTENSION: &str = "tribosweep";
 
-/// The number of exports that stay open while they are read. Others are opened again for every
-/// frame, because a process may have few files open and a study many shards.
-const OPEN_FILES: usize = 128;
-
-/// The place of a record in a set of exports.
+/// The place of a frame of records in an export.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RecordPlace {
-    pub(crate) key: JobKey,
-    /// The number of the file in the set.
-    pub(crate) file: u32,
-    /// The number of the frame in the file.
-    pub(crate) frame: u32,
-    pub(super) offset: u32,
-    pub(super) length: u32,
+struct RecordFrame {
+    /// The place of its head \[bytes\].
+    start: u64,
+    /// The length of the whole frame \[bytes\].
+    length: u64,
+    /// The number of records in it.
+    records: u32,
 }
 
-/// The place of a body in an export.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct BodyPlace {
-    start: u64,
-    length: u64,
-    sum: Checksum,
-    /// The place of the frame, for words.
-    frame: u64,
-    /// The length of the records in it when it is decompressed \[bytes\].
-    content: u32,
+impl RecordFrame {
+    /// Reads the table again, or says why it cannot be read.
+    fn table(&self, file: &File) -> Result<(ExportFrame, Vec<TableEntry>), String> {
+        let frame = FrameWalk::frame_at(file, self.start, self.length);
+        let frame = frame.map_err(|error| error.to_string())?.ok_or_else(|| self.differs())?;
+        let entries = entries_of(&frame.table).map_err(|reason| self.explained(&reason))?;
+        match frame.kind == FrameKind::Records && entries.len() == self.records as usize {
+            true => Ok((frame, entries)),
+            false => Err(self.differs()),
+        }
+    }
+
+    fn differs(&self) -> String {
+        self.explained("differs from what was written")
+    }
+
+    fn explained(&self, reason: &str) -> String {
+        format!("the frame at byte {} {reason}", self.start)
+    }
+}
+
+/// The records of a frame as they were read.
+pub(crate) struct FrameRecords {
+    pub(crate) entries: Vec<TableEntry>,
+    /// The records one after the other, or the reason why they cannot be read.
+    content: Result<Vec<u8>, String>,
+}
+
+impl FrameRecords {
+    /// Returns a record, or the reason why it cannot be read.
+    pub(crate) fn record(&self, offset: u32, length: u32) -> Result<&[u8], String> {
+        let content = self.content.as_ref().map_err(String::clone)?;
+        let (start, length) = (offset as usize, length as usize);
+        let record = content.get(start..start + length);
+        record.ok_or_else(|| "it goes on after its frame".to_owned())
+    }
+
+    /// Says what is wrong with the frame, if anything is.
+    pub(super) fn fault(self) -> Option<String> {
+        self.content.err()
+    }
 }
 
 /// The index of one export.
 #[derive(Debug)]
 pub(crate) struct ExportFile {
     pub(crate) summary: ExportSummary,
-    /// The bodies of records.
-    pub(super) frames: Vec<BodyPlace>,
+    /// The frames of records in the order in which they stand there.
+    frames: Vec<RecordFrame>,
     pub(crate) blobs: BTreeMap<Digest, BlobPlace>,
     pub(crate) studies: BTreeMap<String, Digest>,
-    file: Option<File>,
+    file: Option<Arc<File>>,
     identity: FileIdentity,
 }
 
 /// The place of a blob in an export.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BlobPlace(BodyPlace);
+pub(crate) struct BlobPlace {
+    start: u64,
+    length: u64,
+}
 
 impl BlobPlace {
     pub(crate) fn length(&self) -> u64 {
-        self.0.length
+        self.length
     }
 }
 
@@ -170,21 +200,22 @@ impl ExportFile {
         file
     }
 
-    /// Reads the index of an export, which is the `number`-th of its set, and adds the places of
-    /// its records.
-    pub(crate) fn open(
+    /// Reads what is in an export and where its frames are. The first eight bytes of the keys are
+    /// kept while that goes on, and nothing of each record afterwards. The file stays open if it is
+    /// to be `kept_open`.
+    pub(super) fn open(
         path: &Path,
-        number: u32,
-        places: &mut Vec<RecordPlace>,
+        kept_open: bool,
         rules: Option<&MergeRules>,
     ) -> Result<Self, OpenError> {
         let failed = |source| OpenError::io("read", Wanted::Read, path, source);
         let (file, damage) = open_export(path)?;
+        let file = Arc::new(file);
         let metadata = file.metadata().map_err(failed)?;
         let mut index = ExportFile::empty(path, damage.into_iter().collect());
         index.summary.changed = metadata.modified().ok();
         index.identity = FileIdentity::of(&file).map_err(failed)?;
-        let mut found = Vec::new();
+        let mut beginnings = Vec::new();
         let mut walk = FrameWalk::new(&file, metadata.len());
         let (mut has_header, mut end) = (false, None);
         while let Some(step) = walk.next_step().map_err(failed)? {
@@ -204,7 +235,7 @@ impl ExportFile {
             has_header |= frame.kind == FrameKind::Header;
             index.summary.is_closed = frame.kind == FrameKind::End;
             end = index.summary.is_closed.then(|| frame.table.clone());
-            if let Err(reason) = index.add(&frame, number, &mut found) {
+            if let Err(reason) = index.add(&frame, &mut beginnings) {
                 let start = frame.start;
                 index.summary.damage.push(format!("the frame at byte {start} {reason}"));
             }
@@ -212,16 +243,8 @@ impl ExportFile {
         if !has_header && index.summary.damage.is_empty() {
             index.summary.damage.push("it has no header".to_owned());
         }
-        // The last record of a job counts.
-        found.sort_by_key(|place| place.key);
-        found.dedup_by(|later, earlier| {
-            let is_same = later.key == earlier.key;
-            if is_same {
-                *earlier = *later;
-            }
-            is_same
-        });
-        index.summary.records = found.len();
+        index.file = Some(file);
+        index.count_jobs(beginnings);
         let counts = end.filter(|_| index.summary.is_closed).map(|end| index.require_counts(&end));
         let is_all_there = matches!(counts, Some(Ok(())));
         if index.summary.damage.is_empty()
@@ -232,26 +255,44 @@ impl ExportFile {
         if let Some(rules) = rules {
             index.believe(is_all_there, rules);
         }
-        places.append(&mut found);
-        if (number as usize) < OPEN_FILES {
-            index.file = Some(file);
+        if !kept_open {
+            index.file = None;
         }
         Ok(index)
     }
 
-    fn add(
-        &mut self,
-        frame: &ExportFrame,
-        number: u32,
-        places: &mut Vec<RecordPlace>,
-    ) -> Result<(), String> {
-        let mut body = BodyPlace {
-            start: frame.body_start(),
-            length: frame.head.body_length,
-            sum: frame.head.body_sum,
-            frame: frame.start,
-            content: 0,
-        };
+    /// Counts the jobs that have a record, by the `beginnings` of the keys of all records. Those
+    /// that occur several times are told apart by their whole keys.
+    fn count_jobs(&mut self, mut beginnings: Vec<u64>) {
+        beginnings.sort_unstable();
+        let repeats = beginnings.chunk_by(|one, next| one == next).filter(|same| same.len() > 1);
+        let repeated: Vec<u64> = repeats.map(|same| same[0]).collect();
+        beginnings.dedup();
+        self.summary.records = beginnings.len() - repeated.len();
+        drop(beginnings);
+        if repeated.is_empty() {
+            return;
+        }
+        let (mut keys, mut faults) = (Vec::new(), Vec::new());
+        for table in self.tables() {
+            match table {
+                Ok(entries) => {
+                    let found = entries.iter().map(|entry| entry.key);
+                    keys.extend(
+                        found.filter(|key| repeated.binary_search(&beginning(key)).is_ok()),
+                    );
+                }
+                Err(reason) => faults.push(reason),
+            }
+        }
+        keys.sort_unstable();
+        keys.dedup();
+        self.summary.records += keys.len();
+        self.summary.damage.extend(faults);
+    }
+
+    fn add(&mut self, frame: &ExportFrame, beginnings: &mut Vec<u64>) -> Result<(), String> {
+        let body = BlobPlace { start: frame.body_start(), length: frame.head.body_length };
         match frame.kind {
             FrameKind::Header => {
                 let header: ExportHeader = serde_json::from_slice(&frame.table)
@@ -266,24 +307,20 @@ impl ExportFile {
                 let name = std::str::from_utf8(name)
                     .map_err(|_| "has the name of a study that is no text".to_owned())?;
                 self.studies.insert(name.to_owned(), digest);
-                self.blobs.insert(digest, BlobPlace(body));
+                self.blobs.insert(digest, body);
             }
             FrameKind::Records => {
                 let entries = entries_of(&frame.table)?;
-                body.content = entries.last().map_or(0, |last| last.offset + last.length);
-                let frame = self.frames.len() as u32;
-                self.frames.push(body);
-                places.extend(entries.into_iter().map(|entry| RecordPlace {
-                    key: entry.key,
-                    file: number,
-                    frame,
-                    offset: entry.offset,
-                    length: entry.length,
-                }));
+                self.frames.push(RecordFrame {
+                    start: frame.start,
+                    length: frame.head.frame_length(),
+                    records: entries.len() as u32,
+                });
+                beginnings.extend(entries.iter().map(|entry| beginning(&entry.key)));
             }
             FrameKind::Blob => {
                 let (digest, _) = digest_of(&frame.table)?;
-                self.blobs.insert(digest, BlobPlace(body));
+                self.blobs.insert(digest, body);
             }
             FrameKind::Note => self.summary.note = Some(frame.table.clone()),
             FrameKind::Part => self.summary.parts.push(part_of(&frame.table)?),
@@ -323,59 +360,71 @@ impl ExportFile {
         &self.summary.path
     }
 
-    /// Calls `read` with the file. One that is not kept open is opened again, and must be the same.
-    fn with_file<T>(&self, read: impl FnOnce(&File) -> io::Result<T>) -> io::Result<T> {
+    /// Returns the file. One that is not kept open is opened again, and must be the same.
+    fn opened(&self) -> io::Result<Arc<File>> {
         if let Some(file) = &self.file {
-            return read(file);
+            return Ok(file.clone());
         }
         let file = access::open_to_read(self.path())?;
         if FileIdentity::of(&file)? != self.identity {
             let reason = "its run was started again while it was read; ask again";
             return Err(io::Error::new(io::ErrorKind::Interrupted, reason));
         }
-        read(&file)
+        Ok(Arc::new(file))
     }
 
-    /// Returns the records of a frame, one after the other.
+    /// Returns the number of records in each frame, in the order in which the frames stand there. A
+    /// job may have several records, of which the last one counts.
+    pub(crate) fn frames(&self) -> impl ExactSizeIterator<Item = usize> {
+        self.frames.iter().map(|frame| frame.records as usize)
+    }
+
+    /// Reads the tables of all frames again, each with the reason if it cannot be read.
+    pub(crate) fn tables(&self) -> impl Iterator<Item = Result<Vec<TableEntry>, String>> {
+        let file = self.opened().map_err(|error| error.to_string());
+        self.frames.iter().map(move |frame| {
+            let (_, entries) = frame.table(file.as_ref().map_err(String::clone)?)?;
+            Ok(entries)
+        })
+    }
+
+    /// Returns the records of a frame.
     ///
     /// # Errors
-    /// The reason in words why the frame cannot be read.
-    pub(super) fn content(&self, frame: u32) -> Result<Vec<u8>, String> {
-        let body = self.frames.get(frame as usize).ok_or("it is in no frame")?;
-        let differs = || format!("the frame at byte {} differs from what was written", body.frame);
-        if body.length > zstd::zstd_safe::compress_bound(FRAME_LIMIT) as u64 {
-            return Err(differs());
-        }
-        let mut bytes = vec![0; body.length as usize];
-        self.with_file(|file| file.read_exact_at(&mut bytes, body.start))
-            .map_err(|error| error.to_string())?;
-        if BodySum::of(&bytes) != body.sum {
-            return Err(differs());
-        }
-        if body.content == 0 {
-            return Ok(Vec::new());
-        }
-        let content = zstd::bulk::decompress(&bytes, body.content as usize)
-            .map_err(|error| format!("the frame at byte {}: {error}", body.frame))?;
-        if content.len() != body.content as usize {
-            return Err(differs());
-        }
-        Ok(content)
+    /// The reason in words why not even its table can be read.
+    pub(crate) fn records(&self, frame: usize) -> Result<FrameRecords, String> {
+        let place = self.frames.get(frame).ok_or("it is in no frame")?;
+        let file = self.opened().map_err(|error| error.to_string())?;
+        let (frame, entries) = place.table(&file)?;
+        let read = || -> Result<Vec<u8>, String> {
+            if frame.head.body_length > zstd::zstd_safe::compress_bound(FRAME_LIMIT) as u64 {
+                return Err(place.differs());
+            }
+            let mut body = vec![0; frame.head.body_length as usize];
+            file.read_exact_at(&mut body, frame.body_start()).map_err(|error| error.to_string())?;
+            if BodySum::of(&body) != frame.head.body_sum {
+                return Err(place.differs());
+            }
+            content_of(&entries, &body).map_err(|reason| place.explained(&reason))
+        };
+        let content = read();
+        Ok(FrameRecords { entries, content })
     }
 
     /// Returns a reader of the compressed bytes of a blob. Their checksum is not verified.
     pub(super) fn blob(&self, place: &BlobPlace) -> io::Result<BodyReader> {
-        let file = match &self.file {
-            Some(file) => file.try_clone()?,
-            None => self.with_file(File::try_clone)?,
-        };
-        Ok(BodyReader { file, position: place.0.start, left: place.0.length })
+        Ok(BodyReader { file: self.opened()?, position: place.start, left: place.length })
     }
+}
+
+/// Returns the first eight bytes of a key.
+fn beginning(key: &JobKey) -> u64 {
+    key.0.first_chunk().map_or(0, |first| u64::from_be_bytes(*first))
 }
 
 /// The compressed bytes of a blob in an export.
 pub(super) struct BodyReader {
-    file: File,
+    file: Arc<File>,
     position: u64,
     left: u64,
 }

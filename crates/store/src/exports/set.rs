@@ -9,9 +9,14 @@ use identity::JobKey;
 
 use crate::access::Wanted;
 use crate::digest::Digest;
-use crate::error::{OpenError, ReadError};
-use crate::exports::file::{BlobPlace, EXTENSION, ExportFile, RecordPlace, is_export};
+use crate::error::{Answer, OpenError, ReadError};
+use crate::exports::file::{EXTENSION, ExportFile, FrameRecords, is_export};
+use crate::exports::index::{RecordIndex, RecordPlace};
 use crate::rules::{Candidate, MergeRules, RecordChoice};
+
+/// The number of exports that stay open while they are read. Others are opened again for every
+/// frame, because a process may have few files open and a study many shards.
+const OPEN_FILES: usize = 128;
 
 /// A blob as it is compressed in some file.
 pub(crate) struct CompressedBlob {
@@ -33,11 +38,9 @@ pub(crate) struct ExportSet {
     /// The directory or the file that was named.
     pub(crate) path: PathBuf,
     pub(crate) files: Vec<ExportFile>,
-    /// The records of all files, in the order of their keys and then of the files.
-    places: Vec<RecordPlace>,
-    /// The numbers of those places in the order in which the records stand in the files, made when
-    /// a file is first read from its beginning to its end.
-    as_they_stand: OnceLock<Vec<u32>>,
+    /// The places of the records, which are found when a record is first asked for. A merge asks
+    /// for none.
+    index: OnceLock<RecordIndex>,
     rules: Option<MergeRules>,
 }
 
@@ -87,9 +90,9 @@ impl ExportSet {
         rules: Option<&MergeRules>,
     ) -> Result<Option<Arc<ExportSet>>, OpenError> {
         let Some(paths) = exports_at(path)? else { return Ok(None) };
-        let (mut files, mut places, mut first) = (Vec::new(), Vec::new(), None);
+        let (mut files, mut first) = (Vec::new(), None);
         for (number, file) in paths.iter().enumerate() {
-            match ExportFile::open(file, number as u32, &mut places, rules) {
+            match ExportFile::open(file, number < OPEN_FILES, rules) {
                 Ok(file) => files.push(file),
                 Err(error) => {
                     files.push(ExportFile::unreadable(file, &error));
@@ -102,106 +105,60 @@ impl ExportSet {
         {
             return Err(error);
         }
-        places.sort_unstable_by_key(|place| (place.key, place.file));
-        places.shrink_to_fit();
         Ok(Some(Arc::new(ExportSet {
             path: path.to_owned(),
             files,
-            places,
-            as_they_stand: OnceLock::new(),
+            index: OnceLock::new(),
             rules: rules.copied(),
         })))
     }
 
-    /// Returns the keys of all records in ascending order.
-    pub(crate) fn keys(&self) -> Vec<JobKey> {
-        let mut keys: Vec<JobKey> = self.places.iter().map(|place| place.key).collect();
-        keys.dedup();
-        keys
-    }
-
-    /// Returns the places of the records of a job, one for each file that has one.
-    pub(crate) fn places(&self, key: &JobKey) -> &[RecordPlace] {
-        let start = self.places.partition_point(|place| place.key < *key);
-        let count = self.places[start..].iter().take_while(|place| place.key == *key).count();
-        &self.places[start..start + count]
-    }
-
-    pub(crate) fn contains(&self, key: &JobKey) -> bool {
-        !self.places(key).is_empty()
-    }
-
-    /// Returns the places of the records in one file, in the order in which they stand there.
-    fn places_in(&self, file: u32) -> impl Iterator<Item = &RecordPlace> {
-        let numbers = self.as_they_stand.get_or_init(|| {
-            let mut numbers: Vec<u32> = (0..self.places.len() as u32).collect();
-            numbers.sort_unstable_by_key(|number| {
-                let RecordPlace { file, frame, offset, .. } = self.places[*number as usize];
-                // An empty record stands at the same place as the next one.
-                ((file, frame), (offset, *number))
-            });
-            numbers
-        });
-        let file_of = |number: &u32| self.places[*number as usize].file;
-        let start = numbers.partition_point(|number| file_of(number) < file);
-        let end = numbers.partition_point(|number| file_of(number) <= file);
-        numbers[start..end].iter().map(|number| &self.places[*number as usize])
-    }
-
-    /// Returns the keys of the records in one file.
-    pub(crate) fn keys_of(&self, file: u32) -> impl Iterator<Item = JobKey> {
-        self.places_in(file).map(|place| place.key)
-    }
-
-    /// Visits those records of one file that are `wanted`, in the order in which they stand there.
-    pub(crate) fn visit<E>(
-        &self,
-        file: u32,
-        wanted: impl Fn(&JobKey) -> bool,
-        mut visit: impl FnMut(&JobKey, Result<&[u8], ReadError>) -> Result<(), E>,
-    ) -> Result<(), E> {
-        let places: Vec<&RecordPlace> =
-            self.places_in(file).filter(|place| wanted(&place.key)).collect();
-        let Some(export) = self.files.get(file as usize) else { return Ok(()) };
-        for group in places.chunk_by(|one, next| one.frame == next.frame) {
-            let content = export.content(group[0].frame);
-            for place in group {
-                visit(&place.key, record_in(export, place, &content))?;
-            }
+    fn index(&self) -> Result<&RecordIndex, ReadError> {
+        if let Some(index) = self.index.get() {
+            return Ok(index);
         }
-        Ok(())
+        let index = RecordIndex::of(&self.files)?;
+        Ok(self.index.get_or_init(|| index))
+    }
+
+    /// Returns the keys of all records in ascending order.
+    pub(crate) fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
+        Ok(self.index()?.keys())
+    }
+
+    /// Returns for each job whether it has a record.
+    pub(crate) fn contains(&self, keys: &[JobKey]) -> Result<Vec<bool>, ReadError> {
+        let index = self.index()?;
+        Ok(keys.iter().map(|key| !index.places(key).is_empty()).collect())
     }
 
     /// Reads the frames of which every record was replaced by a later one, which nobody else reads,
     /// and returns what is wrong with them in words.
-    pub(crate) fn faults_of_replaced(&self) -> Vec<String> {
+    pub(crate) fn faults_of_replaced(&self) -> Result<Vec<String>, ReadError> {
         let mut read: Vec<Vec<bool>> =
-            self.files.iter().map(|file| vec![false; file.frames.len()]).collect();
-        for place in &self.places {
+            self.files.iter().map(|file| vec![false; file.frames().len()]).collect();
+        for place in self.index()?.all() {
             read[place.file as usize][place.frame as usize] = true;
         }
         let mut faults = Vec::new();
         for (file, read) in self.files.iter().zip(read) {
-            for (frame, _) in (0..).zip(read).filter(|(_, is_read)| !is_read) {
-                if let Err(reason) = file.content(frame) {
+            for (frame, _) in read.iter().enumerate().filter(|(_, is_read)| !**is_read) {
+                if let Some(reason) = file.records(frame).map_or_else(Some, FrameRecords::fault) {
                     faults.push(format!("{}: {reason}", file.path().display()));
                 }
             }
         }
-        faults
+        Ok(faults)
     }
 
     /// Returns one answer for each of the first of `keys`, as many as have `limit` bytes together
     /// and at least one. A frame is read once.
-    pub(crate) fn first(
-        &self,
-        keys: &[JobKey],
-        limit: usize,
-    ) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
+    pub(crate) fn first(&self, keys: &[JobKey], limit: usize) -> Result<Vec<Answer>, ReadError> {
+        let index = self.index()?;
         let (mut bytes, mut count) = (0, 0);
         let mut wanted: Vec<(usize, RecordPlace)> = Vec::new();
         for key in keys {
-            let places = self.places(key);
+            let places = index.places(key);
             bytes += places.iter().map(|place| place.length as usize).sum::<usize>();
             wanted.extend(places.iter().map(|place| (count, *place)));
             count += 1;
@@ -216,21 +173,25 @@ impl ExportSet {
             wanted.chunk_by(|(_, one), (_, next)| (one.file, one.frame) == (next.file, next.frame))
         {
             let export = &self.files[group[0].1.file as usize];
-            let content = export.content(group[0].1.frame);
+            let records = export.records(group[0].1.frame as usize);
             for (number, place) in group {
-                let record = record_in(export, place, &content).map(<[u8]>::to_vec);
+                let record = records
+                    .as_ref()
+                    .map_err(String::clone)
+                    .and_then(|records| Ok(records.record(place.offset, place.length)?.to_vec()));
+                let record = record.map_err(|reason| ReadError::InExport {
+                    key: place.key,
+                    path: export.path().to_owned(),
+                    reason,
+                });
                 found[*number].push(FoundRecord { file: place.file, record });
             }
         }
-        keys.iter().zip(found).map(|(key, records)| self.chosen(key, records)).collect()
+        Ok(keys.iter().zip(found).map(|(key, records)| self.chosen(key, records)).collect())
     }
 
     /// Chooses among the records of one job that are sound.
-    fn chosen(
-        &self,
-        key: &JobKey,
-        records: Vec<FoundRecord>,
-    ) -> Result<Option<Vec<u8>>, ReadError> {
+    fn chosen(&self, key: &JobKey, records: Vec<FoundRecord>) -> Answer {
         let (mut best, mut fault) = (None::<(u32, Option<Candidate>, Vec<u8>)>, None);
         let is_alone = records.len() == 1;
         for FoundRecord { file, record } in records {
@@ -325,9 +286,9 @@ impl ExportSet {
         Ok(studies)
     }
 
-    /// Returns the file that has a blob, and the place of the blob.
-    pub(crate) fn blob(&self, digest: &Digest) -> Option<(&ExportFile, &BlobPlace)> {
-        self.files.iter().find_map(|file| Some((file, file.blobs.get(digest)?)))
+    /// Returns true if a file has the blob.
+    pub(crate) fn has_blob(&self, digest: &Digest) -> bool {
+        self.files.iter().any(|file| file.blobs.contains_key(digest))
     }
 
     /// Returns the compressed bytes of a blob in each file that has it.
@@ -338,19 +299,4 @@ impl ExportSet {
             Some(CompressedBlob { path: file.path().to_owned(), length: place.length(), bytes })
         })
     }
-}
-
-fn record_in<'c>(
-    export: &ExportFile,
-    place: &RecordPlace,
-    content: &'c Result<Vec<u8>, String>,
-) -> Result<&'c [u8], ReadError> {
-    let damaged = |reason: &str| ReadError::InExport {
-        key: place.key,
-        path: export.path().to_owned(),
-        reason: reason.to_owned(),
-    };
-    let content = content.as_ref().map_err(|reason| damaged(reason))?;
-    let (start, length) = (place.offset as usize, place.length as usize);
-    content.get(start..start + length).ok_or_else(|| damaged("it goes on after its frame"))
 }

@@ -1,14 +1,15 @@
 //! This file holds the place into which a merge puts records.
 
 use std::collections::BTreeSet;
+use std::io;
 use std::path::Path;
 
 use identity::JobKey;
 
 use crate::blob::Blobs;
 use crate::digest::Digest;
-use crate::error::ReadError;
-use crate::export::{ExportError, ExportWriter};
+use crate::error::{ReadError, WriteError};
+use crate::export::{ExportAppender, ExportError, directory_of};
 use crate::merge::report::MergeError;
 use crate::rules::MergeRules;
 use crate::store::Store;
@@ -16,7 +17,7 @@ use crate::store::Store;
 /// The place into which is merged.
 pub(super) enum MergeTarget<'t> {
     Store(&'t Store),
-    Export(&'t mut ExportWriter),
+    Export(&'t mut ExportAppender),
 }
 
 impl MergeTarget<'_> {
@@ -27,8 +28,15 @@ impl MergeTarget<'_> {
         }
     }
 
-    /// Returns true if a sound record of the job is there, and those blobs.
-    pub(super) fn has(&self, key: &JobKey, blobs: &BTreeSet<Digest>, rules: &MergeRules) -> bool {
+    /// Returns true if a sound record of the job is there, and those blobs. An export has what
+    /// `was_written` by this merge.
+    pub(super) fn has(
+        &self,
+        key: &JobKey,
+        blobs: &BTreeSet<Digest>,
+        was_written: bool,
+        rules: &MergeRules,
+    ) -> bool {
         match self {
             MergeTarget::Store(store) => {
                 let record = store.get(key).ok().flatten();
@@ -36,8 +44,25 @@ impl MergeTarget<'_> {
                     && blobs.iter().all(|digest| store.blobs().contains(digest))
             }
             MergeTarget::Export(writer) => {
-                writer.contains(key) && blobs.iter().all(|digest| writer.has_blob(digest))
+                was_written && blobs.iter().all(|digest| writer.has_blob(digest))
             }
+        }
+    }
+
+    /// Returns the directory in which there is room for what the merge cannot keep in memory.
+    pub(super) fn directory(&self) -> &Path {
+        match self {
+            MergeTarget::Store(_) => self.path(),
+            MergeTarget::Export(_) => directory_of(self.path()),
+        }
+    }
+
+    /// Returns the error of a merge that could not sort in that directory.
+    pub(super) fn unsorted(&self, source: io::Error) -> MergeError {
+        const ACTION: &str = "sort the keys of the merge beside";
+        match self {
+            MergeTarget::Store(_) => WriteError::io(ACTION, self.path(), source).into(),
+            MergeTarget::Export(_) => ExportError::io(ACTION, self.path(), source).into(),
         }
     }
 
