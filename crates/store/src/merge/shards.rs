@@ -119,11 +119,14 @@ pub(super) fn doubt(
         if source.is_target {
             lost.retain(|key| !explained.contains(key));
         }
-        let found = source.having(&lost)?;
-        if !found.is_empty() {
-            doubtful.extend(names(source));
-            explained.extend(found);
+        if lost.is_empty() {
+            break;
         }
+        let (found, is_whole) = source.having(&lost)?;
+        if !found.is_empty() || !is_whole {
+            doubtful.extend(names(source));
+        }
+        explained.extend(found);
     }
     for state in &mut report.shards {
         if let Some(note) = state.note.as_mut().filter(|_| doubtful.contains(&state.shard)) {

@@ -151,12 +151,12 @@ impl MergeSource<'_> {
     }
 
     /// Returns the jobs among `keys`, which are in ascending order, that have a record here, be it
-    /// a damaged one. What cannot be read may be any of them.
-    pub(super) fn having(&self, keys: &[JobKey]) -> Result<BTreeSet<JobKey>, ReadError> {
+    /// a damaged one, and true if all keys could be read.
+    pub(super) fn having(&self, keys: &[JobKey]) -> Result<(BTreeSet<JobKey>, bool), ReadError> {
         if !self.is_export() {
             let is_there = self.reader.contains(keys)?;
             let found = keys.iter().zip(is_there).filter(|(_, is_there)| *is_there);
-            return Ok(found.map(|(key, _)| *key).collect());
+            return Ok((found.map(|(key, _)| *key).collect(), true));
         }
         let mut found = BTreeSet::new();
         let faults = self.each_key(|_, key| -> Result<(), ReadError> {
@@ -165,10 +165,7 @@ impl MergeSource<'_> {
             }
             Ok(())
         })?;
-        if !faults.is_empty() {
-            found.extend(keys);
-        }
-        Ok(found)
+        Ok((found, faults.is_empty()))
     }
 
     pub(super) fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
