@@ -4,9 +4,11 @@
 //! uncompressed content. Such names make writing idempotent and reading verifiable. No lock is
 //! needed: any process may write blobs at any time.
 
+mod files;
+mod verified;
+
 use std::collections::BTreeMap;
-use std::fs;
-use std::io::{self, BufReader, Read, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,6 +20,10 @@ use crate::durable;
 use crate::error::{ReadError, WriteError};
 use crate::exports::{CompressedBlob, ExportSet};
 use crate::frame::{BodySum, Checksum};
+
+pub(crate) use self::files::BlobFile;
+use self::files::{files_in, path_in};
+use self::verified::{BlobSink, PIECE, verified};
 
 /// The compression level, which is zstd's own default: fields shrink by the same few per cent at
 /// every level that is worth its time.
@@ -37,9 +43,6 @@ const INLINE_CONTENT_LIMIT: usize = 8 * INLINE_LIMIT;
 /// to be tens of gigabytes, and a reader must not find that out by running out of memory.
 const CONTENT_LIMIT: u64 = 2 << 30;
 
-/// The size of the pieces in which a blob is read \[bytes\].
-const PIECE: usize = 128 << 10;
-
 /// The blobs of one store. They need no open store and no lock.
 #[derive(Clone, Debug)]
 pub struct Blobs {
@@ -55,22 +58,6 @@ pub(crate) struct CompressedSize {
     copy: usize,
     pub(crate) length: u64,
     pub(crate) sum: Checksum,
-}
-
-/// A file under `blobs/`.
-pub(crate) enum BlobFile {
-    Blob {
-        digest: Digest,
-        path: PathBuf,
-        bytes: u64,
-    },
-    /// A file that a killed writer has left or that is being written now.
-    Unfinished {
-        path: PathBuf,
-        bytes: u64,
-    },
-    /// A file that does not belong to the store.
-    Stray(PathBuf),
 }
 
 impl Blobs {
@@ -99,8 +86,7 @@ impl Blobs {
 
     /// Returns the path of a blob in a store, where it need not exist.
     pub fn path(&self, digest: &Digest) -> PathBuf {
-        let name = digest.to_string();
-        self.directory.join(&name[..2]).join(format!("{}.zst", &name[2..]))
+        path_in(&self.directory, digest)
     }
 
     /// Stores `content` durably and returns its name. The content may have at most 2 GiB. Storing
@@ -379,49 +365,23 @@ impl Blobs {
     /// Returns true if there is a file for the blob. Its content is not read.
     pub fn contains(&self, digest: &Digest) -> bool {
         match &self.exports {
-            Some(exports) => exports.blob(digest).is_some(),
+            Some(exports) => exports.has_blob(digest),
             None => self.path(digest).is_file(),
         }
     }
 
     /// Lists every file under `blobs/` in the order of the names, or every blob in exports.
     pub(crate) fn files(&self) -> Result<Vec<BlobFile>, ReadError> {
-        let mut found = Vec::new();
-        if let Some(exports) = &self.exports {
-            let mut listed = BTreeMap::new();
-            for file in &exports.files {
-                for (digest, place) in &file.blobs {
-                    let (path, bytes) = (file.path().to_owned(), place.length());
-                    let blob = BlobFile::Blob { digest: *digest, path, bytes };
-                    listed.entry(*digest).or_insert(blob);
-                }
-            }
-            return Ok(listed.into_values().collect());
-        }
-        for shelf in entries(&self.directory)? {
-            if !shelf.is_dir() {
-                found.push(BlobFile::Stray(shelf));
-                continue;
-            }
-            for path in entries(&shelf)? {
-                let bytes = fs::metadata(&path).map(|file| file.len()).unwrap_or(0);
-                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                let prefix = shelf.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                let digest = name
-                    .strip_suffix(".zst")
-                    .and_then(|rest| format!("{prefix}{rest}").parse().ok());
-                found.push(match digest {
-                    Some(digest) if self.path(&digest) == path => {
-                        BlobFile::Blob { digest, path, bytes }
-                    }
-                    _ if name.starts_with(durable::UNFINISHED_PREFIX) => {
-                        BlobFile::Unfinished { path, bytes }
-                    }
-                    _ => BlobFile::Stray(path),
-                });
+        let Some(exports) = &self.exports else { return files_in(&self.directory) };
+        let mut listed = BTreeMap::new();
+        for file in &exports.files {
+            for (digest, place) in &file.blobs {
+                let (path, bytes) = (file.path().to_owned(), place.length());
+                let blob = BlobFile::Blob { digest: *digest, path, bytes };
+                listed.entry(*digest).or_insert(blob);
             }
         }
-        Ok(found)
+        Ok(listed.into_values().collect())
     }
 }
 
@@ -436,105 +396,10 @@ fn compress(content: &[u8]) -> io::Result<Vec<u8>> {
     zstd::bulk::compress(content, LEVEL)
 }
 
-/// The receiver of the content of a blob, which forgets what it got of a copy that is damaged.
-trait BlobSink {
-    fn add(&mut self, piece: &[u8]);
-    fn start_again(&mut self);
-}
-
-impl BlobSink for Vec<u8> {
-    fn add(&mut self, piece: &[u8]) {
-        self.extend_from_slice(piece);
-    }
-
-    fn start_again(&mut self) {
-        self.clear();
-    }
-}
-
-impl BlobSink for io::Sink {
-    fn add(&mut self, _: &[u8]) {}
-
-    fn start_again(&mut self) {}
-}
-
-/// A reader that computes the checksum of what it reads.
-struct Summing<R> {
-    inner: R,
-    sum: BodySum,
-}
-
-impl<R: Read> Read for Summing<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = self.inner.read(buffer)?;
-        self.sum.add(&buffer[..count]);
-        Ok(count)
-    }
-}
-
-/// Decompresses a blob into `content` and returns the checksum of its `length` compressed bytes.
-///
-/// # Errors
-/// The content is not that of `digest` or has more than `limit` bytes; it is then not decompressed
-/// to its end.
-fn verified(
-    compressed: impl Read,
-    length: u64,
-    digest: &Digest,
-    limit: u64,
-    content: &mut dyn BlobSink,
-) -> io::Result<Checksum> {
-    let invalid = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
-    if length > zstd::zstd_safe::compress_bound(limit as usize) as u64 {
-        return Err(invalid("its file is longer than that of any blob".to_owned()));
-    }
-    let compressed = Summing { inner: compressed, sum: BodySum::new() };
-    let buffered = BufReader::with_capacity(PIECE, compressed);
-    let mut decoder = zstd::Decoder::with_buffer(buffered)?;
-    let (mut hasher, mut piece, mut count) = (blake3::Hasher::new(), vec![0; PIECE], 0);
-    loop {
-        let read = decoder.read(&mut piece)?;
-        if read == 0 {
-            break;
-        }
-        count += read as u64;
-        if count > limit {
-            return Err(invalid(format!(
-                "its content has more than {limit} bytes, as many as a blob may have"
-            )));
-        }
-        hasher.update(&piece[..read]);
-        content.add(&piece[..read]);
-    }
-    if *hasher.finalize().as_bytes() != digest.0 {
-        return Err(invalid("its content does not match its name".to_owned()));
-    }
-    Ok(decoder.finish().into_inner().sum.get())
-}
-
-/// Lists the paths in `directory` in sorted order. A missing directory has none.
-fn entries(directory: &Path) -> Result<Vec<PathBuf>, ReadError> {
-    let failed = |source| ReadError::Io { path: directory.to_owned(), source };
-    let listing = match fs::read_dir(directory) {
-        Ok(listing) => listing,
-        // What stands in its place is put aside when the next blob is written.
-        Err(error)
-            if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) =>
-        {
-            return Ok(Vec::new());
-        }
-        Err(source) => return Err(failed(source)),
-    };
-    let mut paths = listing
-        .map(|entry| entry.map(|e| e.path()))
-        .collect::<io::Result<Vec<_>>>()
-        .map_err(failed)?;
-    paths.sort();
-    Ok(paths)
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn blobs() -> (tempfile::TempDir, Blobs) {

@@ -293,6 +293,9 @@ pub enum ReadError {
     },
 }
 
+/// The record of a job, which may have none, or the fault of this record.
+pub(crate) type Answer = Result<Option<Vec<u8>>, ReadError>;
+
 /// The reason why something cannot be written. Everything acknowledged before stays.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {

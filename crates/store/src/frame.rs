@@ -86,7 +86,7 @@ pub(crate) enum FrameKind {
 }
 
 impl FrameKind {
-    const ALL: [FrameKind; 7] = [
+    pub(crate) const ALL: [FrameKind; 7] = [
         FrameKind::Header,
         FrameKind::Study,
         FrameKind::Records,
@@ -234,6 +234,23 @@ impl<'f> FrameWalk<'f> {
     /// Begins at the first frame of a file of `length` bytes.
     pub(crate) fn new(file: &'f File, length: u64) -> Self {
         FrameWalk { file, length, position: PREAMBLE }
+    }
+
+    /// Reads the head and the table of the frame at `start`, which had `length` bytes when the file
+    /// was read before. Returns `None` if it is not there any more.
+    pub(crate) fn frame_at(
+        file: &File,
+        start: u64,
+        length: u64,
+    ) -> io::Result<Option<ExportFrame>> {
+        let end = start.saturating_add(length);
+        let step = FrameWalk { file, length: end, position: start }.next_step()?;
+        Ok(match step {
+            Some(FrameStep::Frame(frame)) if frame.start == start => {
+                (frame.head.frame_length() == length).then_some(frame)
+            }
+            _ => None,
+        })
     }
 
     /// Returns true if a frame stands where the first one must.

@@ -13,7 +13,7 @@ use crate::blob::Blobs;
 use crate::connection::Connection;
 use crate::database::RECORDS;
 use crate::digest::Digest;
-use crate::error::{OpenError, ReadError};
+use crate::error::{Answer, OpenError, ReadError};
 use crate::exports::{ExportSet, ExportSummary, ShardState, exports_at};
 use crate::lock::{self, Holder};
 use crate::manifest::{self, Manifest, Unreadable};
@@ -159,9 +159,6 @@ fn origin_of_idle(directory: &Path) -> RecordOrigin {
     })
 }
 
-/// The record of a job, which may have none, or the fault of this record.
-type Answer = Result<Option<Vec<u8>>, ReadError>;
-
 /// A store that is only read. It shows durable records, and ever more of them while a run is
 /// writing. When the process that answers ends, it goes on from disk.
 pub struct StoreReader {
@@ -266,7 +263,7 @@ impl StoreReader {
     pub fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
         self.answered(|source| match source {
             Backing::Disk { replica, .. } => Ok(replica.records.keys()),
-            Backing::Exports(exports) => Ok(exports.keys()),
+            Backing::Exports(exports) => exports.keys(),
             Backing::Process(connection) => {
                 let mut keys: Vec<JobKey> = Vec::new();
                 loop {
@@ -294,9 +291,7 @@ impl StoreReader {
                 Backing::Disk { replica, .. } => {
                     return Ok(keys.iter().map(|key| replica.records.contains(key)).collect());
                 }
-                Backing::Exports(exports) => {
-                    return Ok(keys.iter().map(|key| exports.contains(key)).collect());
-                }
+                Backing::Exports(exports) => return exports.contains(keys),
                 Backing::Process(connection) => connection,
             };
             let mut all = Vec::with_capacity(keys.len());
@@ -372,7 +367,7 @@ impl StoreReader {
         self.answered(|source| {
             let connection = match source {
                 Backing::Disk { replica, .. } => return Ok(first_records(&replica.records, keys)),
-                Backing::Exports(exports) => return Ok(exports.first(keys, EXPORTS_AT_ONCE)),
+                Backing::Exports(exports) => return exports.first(keys, EXPORTS_AT_ONCE),
                 Backing::Process(connection) => connection,
             };
             match ask(connection, &ReadRequest::Get(keys.iter().map(|key| key.0).collect()))? {

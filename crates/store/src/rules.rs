@@ -61,6 +61,38 @@ pub(crate) enum RecordChoice {
 }
 
 impl Candidate {
+    /// The length of a candidate as bytes.
+    pub(crate) const BYTES: usize = 33;
+
+    /// Returns the candidate as bytes.
+    pub(crate) fn to_bytes(self) -> [u8; Self::BYTES] {
+        let mut bytes = [0; Self::BYTES];
+        bytes[0] = match self.rank {
+            RecordRank::Foreign => 1,
+            RecordRank::Unfinished => 2,
+            RecordRank::Finished => 3,
+        };
+        bytes[1..17].copy_from_slice(&self.fingerprint);
+        bytes[17..].copy_from_slice(&self.bytes);
+        bytes
+    }
+
+    /// Returns the candidate whose bytes these are, or `None` if they are of none, as zeros are.
+    pub(crate) fn of_bytes(bytes: &[u8; Self::BYTES]) -> Option<Self> {
+        let rank = match bytes[0] {
+            1 => RecordRank::Foreign,
+            2 => RecordRank::Unfinished,
+            3 => RecordRank::Finished,
+            _ => return None,
+        };
+        let [fingerprint, digest] = [1, 17].map(|start| {
+            let mut half = [0; 16];
+            half.copy_from_slice(&bytes[start..start + 16]);
+            half
+        });
+        Some(Candidate { rank, fingerprint, bytes: digest })
+    }
+
     pub(crate) fn of(rules: &MergeRules, rank: RecordRank, record: &[u8]) -> Self {
         let short = |digest: Digest| {
             let mut first = [0; 16];

@@ -13,7 +13,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use identity::JobKey;
 
 use crate::core::Core;
-use crate::error::ReadError;
+use crate::error::Answer;
 use crate::lock::admitted;
 use crate::sealed::SealedRecords;
 use crate::wire::{
@@ -25,7 +25,7 @@ use crate::wire::{
 pub(crate) fn first_records<'a>(
     held: &SealedRecords,
     keys: impl IntoIterator<Item = &'a JobKey>,
-) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
+) -> Vec<Answer> {
     let mut records = Vec::new();
     let mut bytes = 0;
     for key in keys {

@@ -98,7 +98,7 @@ impl StoreReader {
             }
         }
         if let Some(set) = self.export_set() {
-            answer.damaged_exports = set.faults_of_replaced();
+            answer.damaged_exports = set.faults_of_replaced()?;
         }
         for export in self.exports() {
             let path = export.path.display();

@@ -467,6 +467,89 @@ fn a_part_of_a_store_is_exported() {
 }
 
 #[test]
+fn the_last_record_of_a_job_in_a_file_is_merged() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let finished = |result, machine| ranked(RecordRank::Finished, result, machine);
+    let blobs = Store::open(&path("machine")).unwrap();
+    let write = |name: &str, records: &[(u64, Vec<u8>)]| {
+        let header = ExportHeader { program: "0.1.0".to_owned(), shard: None };
+        let mut writer = ExportWriter::open(&path(name), &header).unwrap();
+        for (job, bytes) in records {
+            writer.append(&key(*job), bytes, blobs.blobs(), []).unwrap();
+            writer.flush().unwrap();
+        }
+        writer.close().unwrap();
+    };
+    // A result that was corrected differs from the first one, which no longer counts anywhere.
+    let twice =
+        [(1, finished(10, 1)), (2, finished(2, 1)), (1, finished(1, 1)), (1, finished(1, 2))];
+    write("a.tribosweep", &twice);
+    write("b.tribosweep", &[(1, finished(1, 3)), (3, finished(3, 1))]);
+    for names in [
+        &["a.tribosweep"][..],
+        &["a.tribosweep", "b.tribosweep"],
+        &["b.tribosweep", "a.tribosweep"],
+    ] {
+        for target in ["store", "merged.tribosweep"] {
+            let sources: Vec<PathBuf> = names.iter().map(|name| path(name)).collect();
+            let report = merge(&sources, &path(target)).unwrap();
+            assert!(report.conflicts.is_empty() && report.faults.is_empty(), "{report:?}");
+            assert_eq!((report.added, report.already_there), (names.len() + 1, names.len() - 1));
+            let merged = whole(&path(target)).records;
+            assert_eq!(merged.len(), names.len() + 1);
+            let found = merged.iter().find(|(job, _)| *job == key(1)).unwrap();
+            assert_eq!(found.1[..9], finished(1, 1)[..9]);
+            assert!(names.len() > 1 || found.1 == finished(1, 2));
+            let summaries = Store::read(&path("a.tribosweep")).unwrap().exports();
+            assert!(summaries[0].records == 2 && summaries[0].damage.is_empty(), "{summaries:?}");
+            match target {
+                "store" => fs::remove_dir_all(path(target)).unwrap(),
+                _ => fs::remove_file(path(target)).unwrap(),
+            }
+        }
+    }
+}
+
+#[test]
+fn a_shard_that_is_run_again_while_it_is_merged_is_said_to_be_unfinished() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name);
+    let export = |i: u32| path("exports").join(format!("{i:03}.tribosweep"));
+    // Only some of the files stay open between the opening and the merge.
+    const SHARDS: u32 = 135;
+    for i in 1..=SHARDS {
+        let content = Content::from([(i.into(), ranked(RecordRank::Finished, i.into(), 1))]);
+        write(&export(i), shard(i, SHARDS), "finished!", &content);
+    }
+    for target in [path("store"), path("merged.tribosweep")] {
+        let reader = Store::read_by(&path("exports"), &RULES).unwrap();
+        write(&export(SHARDS), shard(SHARDS, SHARDS), "finished!", &Content::new());
+        let report = match target.extension() {
+            None => Store::open(&target).unwrap().import(&[&reader], &RULES).unwrap(),
+            Some(_) => {
+                let all = MergeSelection::default();
+                merge_into_export(&target, "0.1.0", &[&reader], &RULES, &all).unwrap()
+            }
+        };
+        let count = SHARDS as usize;
+        assert_eq!(
+            (report.added, report.already_there, report.shards.len()),
+            (count - 1, 0, count)
+        );
+        let [fault] = &report.faults[..] else { panic!("{:?}", report.faults) };
+        assert!(fault.contains("135.tribosweep") && fault.contains("started again"), "{fault}");
+        let is_finished = |number: usize| {
+            report.shards[number].note.as_ref().is_some_and(|note| note.ends_with(b"!"))
+        };
+        assert!((0..count - 1).all(is_finished) && !is_finished(count - 1));
+        // The next merge takes what there is.
+        let report = merge(&[path("exports")], &target).unwrap();
+        assert_eq!((report.added, report.faults.len()), (1, 0), "{report:?}");
+    }
+}
+
+#[test]
 fn a_merge_that_was_killed_is_completed_by_the_next() {
     let directory = tempfile::tempdir().unwrap();
     let exports = directory.path().join("exports");
