@@ -10,7 +10,7 @@
 use crate::common::gauss::{self, MAX_POINTS};
 
 /// The places where a function is not smooth.
-pub(super) struct Kinks {
+pub(crate) struct Kinks {
     /// The semi-axes along x and y of ellipses around the origin.
     pub(super) ellipses: Vec<[f64; 2]>,
     /// True if the origin is such a place.
