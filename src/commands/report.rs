@@ -9,19 +9,18 @@ mod facts;
 mod pictures;
 mod rows;
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use answers::Results;
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use report::{JobTable, Page, PageBlock, PageSection};
 use serde::Serialize;
 
 use crate::cli::ReportArgs;
-use crate::figures::own_file;
 use crate::output::{self, Finish};
 use crate::stored::{StoreSource, read_store, stored_study};
 use crate::words::count;
+use crate::written_file;
 use chosen::FieldsRoom;
 use rows::JobRows;
 
@@ -46,7 +45,10 @@ struct WrittenPage {
 /// Writes the page of a study.
 pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
     let file = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.html", args.name)));
-    check_file(&file, args.output.is_some())?;
+    match args.output {
+        Some(_) => written_file::check_regular(&file)?,
+        None => written_file::check_own(&file)?,
+    }
     let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
@@ -82,7 +84,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
     page.sections.insert(place, fields.section(rows.len()));
 
     let html = page.html();
-    write(&file, html.as_bytes())?;
+    written_file::write(&file, html.as_bytes())?;
     let written =
         WrittenPage { file, bytes: html.len(), rows: table.rows(), fields: keys, left_out };
     if args.json {
@@ -120,45 +122,4 @@ fn jobs_section(rows: &JobRows<'_>, table: JobTable, left_out: &mut Vec<String>)
     left_out.extend(sentences);
     blocks.push(PageBlock::Jobs(table));
     PageSection { id: "jobs", title: "Jobs", blocks }
-}
-
-/// Refuses a place where no file can be written whole, before anything is read. A file whose name
-/// nobody has chosen must be one of its own.
-fn check_file(file: &Path, is_chosen: bool) -> Result<()> {
-    if is_chosen {
-        if std::fs::metadata(file).is_ok_and(|found| !found.is_file()) {
-            bail!("{} is something else than a file; name one with --output", file.display());
-        }
-    } else {
-        own_file(file)?;
-    }
-    let directory = directory(file);
-    if !directory.is_dir() {
-        bail!("cannot write {}: there is no directory {}", file.display(), directory.display());
-    }
-    Ok(())
-}
-
-fn directory(file: &Path) -> &Path {
-    match file.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    }
-}
-
-/// Writes a file so that it is there whole or not at all. A link keeps leading to it.
-fn write(file: &Path, bytes: &[u8]) -> Result<()> {
-    let target = std::fs::canonicalize(file).unwrap_or_else(|_| file.to_path_buf());
-    let written = || -> std::io::Result<()> {
-        use std::os::unix::fs::PermissionsExt;
-        let mut unfinished = tempfile::Builder::new()
-            .prefix(".unfinished-")
-            .permissions(std::fs::Permissions::from_mode(0o666))
-            .tempfile_in(directory(&target))?;
-        unfinished.write_all(bytes)?;
-        unfinished.as_file().sync_all()?;
-        unfinished.persist(&target).map_err(|failed| failed.error)?;
-        std::fs::File::open(directory(&target))?.sync_all()
-    };
-    written().with_context(|| format!("cannot write {}", file.display()))
 }
