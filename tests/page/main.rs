@@ -353,7 +353,7 @@ fn hostile_words_of_a_study_stay_words() {
     let file = "<img src=x onerror=window.attacked=1>.txt";
     let study = STUDY
         .replace("Does it slip?", ATTACK)
-        .replace("[figure]\n", &format!("[figure]\ntitle = '{ATTACK}'\n"))
+        .replace("[figure]\n", &format!("[figure]\ntitle = 'Of {ATTACK}'\n"))
         .replace(
             "shape = \"sphere\", radius = \"50 mm\"",
             &format!(
@@ -378,7 +378,10 @@ fn hostile_words_of_a_study_stay_words() {
         assert!(said.as_str().unwrap().contains(words), "{words}");
     }
     let name = browser.value(&format!("{}.getAttribute('aria-label')", element(".figure svg")));
-    assert!(name.as_str().unwrap().contains("onerror"), "the title of the figure: {name}");
+    assert!(
+        name.as_str().unwrap().starts_with(&format!("Of {ATTACK}")),
+        "the title of the figure: {name}"
+    );
     // What is typed is words, too.
     type_filter(&mut browser, ATTACK);
     assert_eq!(browser.value("window.attacked === undefined"), true);

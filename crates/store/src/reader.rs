@@ -252,7 +252,7 @@ impl StoreReader {
 
     /// Returns true if no record can have come since the reader was opened that it does not show. A
     /// process that has the store open answers with what there is; files are compared by their
-    /// marks, which takes some ten microseconds. Studies and files of fields are always read anew.
+    /// marks, which takes 0.2 ms. Studies and files of fields are always read anew.
     pub fn is_current(&self) -> bool {
         match &*self.source() {
             Backing::Process(_) => true,
