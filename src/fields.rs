@@ -9,9 +9,9 @@ use contact::model::Fields;
 use contact::multiplicity::Multiplicity;
 use report::{Field, FieldGrid, TerminalInk, Values, field_csv, vti};
 
-use crate::figures::{RESOLUTION, write};
-use crate::output;
-use crate::output::Finish;
+use crate::figures::RESOLUTION;
+use crate::output::{self, Finish};
+use crate::written_file;
 
 /// The names of the fields.
 const FIELDS: [&str; 8] =
@@ -20,7 +20,7 @@ const FIELDS: [&str; 8] =
 /// The endings of files that a field is written to.
 const ENDINGS: [&str; 5] = ["png", "svg", "npy", "vti", "csv"];
 
-/// Checks the field's name and the file's extension before anything is computed.
+/// Checks the field's name, the file's extension and its place before anything is computed.
 pub(crate) fn check_field(name: &str, file: Option<&Path>) -> Result<()> {
     if !FIELDS.contains(&name) {
         bail!("there is no field `{name}`; there are {}", FIELDS.join(", "));
@@ -34,7 +34,8 @@ pub(crate) fn check_field(name: &str, file: Option<&Path>) -> Result<()> {
         {
             bail!("{}: a field is written as .{}", file.display(), ENDINGS.join(", ."))
         }
-        _ => Ok(()),
+        Some(file) => written_file::check(file),
+        None => Ok(()),
     }
 }
 
@@ -98,7 +99,7 @@ pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Re
         Some("csv") => field_csv(&[&field])?.into_bytes(),
         _ => bail!("{}: a field is not written so", file.display()),
     };
-    write(file, &bytes)?;
+    written_file::write(file, &bytes)?;
     output::print(&format!("{}\n", file.display()))
 }
 

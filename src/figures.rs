@@ -11,6 +11,8 @@ use study::columns::{Role, along_path, find};
 use study::label::{label, quantity_name};
 use study::units::Dimension;
 
+use crate::written_file::{check_own, write};
+
 /// The resolution of PNG files, in dots per inch.
 pub(crate) const RESOLUTION: f64 = 300.0;
 
@@ -20,19 +22,11 @@ fn figure_files(stem: &Path) -> Vec<PathBuf> {
 }
 
 /// Returns the two files of a figure whose name nobody has chosen, and refuses what is no file of
-/// its own: a link would lead to a file of somebody else, and a pipe would wait for a reader.
+/// its own.
 pub(crate) fn own_files(stem: &Path) -> Result<Vec<PathBuf>> {
     let files = figure_files(stem);
-    files.iter().try_for_each(|file| own_file(file))?;
+    files.iter().try_for_each(|file| check_own(file))?;
     Ok(files)
-}
-
-/// Refuses what is there and no file of its own.
-pub(crate) fn own_file(file: &Path) -> Result<()> {
-    if std::fs::symlink_metadata(file).is_ok_and(|found| !found.is_file()) {
-        bail!("{} is something else than a file; remove it", file.display());
-    }
-    Ok(())
 }
 
 /// Draws a study's figure to files that end in .svg or .png, from the rows for which `filter`
@@ -149,9 +143,4 @@ pub(crate) fn nothing_varies(study: &Study) -> String {
         }
     }
     format!("nothing that the scenes leave free varies along {}", axes.join(" or "))
-}
-
-/// Writes a file whole.
-pub(crate) fn write(file: &Path, bytes: &[u8]) -> Result<()> {
-    std::fs::write(file, bytes).with_context(|| format!("cannot write {}", file.display()))
 }

@@ -40,6 +40,7 @@ mod time_budget;
 mod time_left;
 mod wire;
 mod words;
+mod written_file;
 
 use std::process::ExitCode;
 

@@ -5,15 +5,16 @@
 //! command, whose coordinator and workers are processes of their own.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use answers::{AnswerError, Results, Selection};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use contact::Operators;
 use contact::model::Fields;
 use report::{DataTable, TableError, TypedColumn};
 use store::{OpenError, ReadError, StoreReader};
-use study::{Column, DefinitionError, Record, Study};
+use study::{Column, DefinitionError, Study};
 
 use crate::one_result::{self, UsedFiles};
 use crate::solving::{SolvedScene, solve_scene};
@@ -101,9 +102,38 @@ pub struct StoredFields {
     pub is_certified: bool,
 }
 
-/// A store that is read, or exports.
+/// A store that is read, or exports. Each question is answered from what is there at that moment.
 pub struct ReadStore {
-    reader: StoreReader,
+    directory: PathBuf,
+    opened: Mutex<OpenedReader>,
+}
+
+/// A reader, and the process that has opened it.
+struct OpenedReader {
+    process: u32,
+    reader: Arc<StoreReader>,
+}
+
+impl OpenedReader {
+    fn new(directory: &Path) -> Result<Self> {
+        let reader = Arc::new(open_to_read(directory)?);
+        Ok(OpenedReader { process: std::process::id(), reader })
+    }
+
+    /// Returns true if this process has opened it. A forked child shares its parent's connection,
+    /// on which each would take the answers to the other.
+    fn is_ours(&self) -> bool {
+        self.process == std::process::id()
+    }
+}
+
+impl Drop for OpenedReader {
+    fn drop(&mut self) {
+        if !self.is_ours() {
+            // The parent goes on with its connection and its private copy, which stay as they are.
+            std::mem::forget(self.reader.clone());
+        }
+    }
 }
 
 impl ReadStore {
@@ -112,12 +142,35 @@ impl ReadStore {
     /// # Errors
     /// There is no store, or it cannot be read.
     pub fn open(directory: &Path) -> Result<Self> {
-        Ok(ReadStore { reader: open_to_read(directory)? })
+        let opened = Mutex::new(OpenedReader::new(directory)?);
+        Ok(ReadStore { directory: directory.to_owned(), opened })
+    }
+
+    /// Returns the reader for one question: the one that is open, or a new one if records may have
+    /// come since or another process has opened it. To look takes 0.2 ms, to open a small store 4 ms.
+    fn reader(&self) -> Result<Arc<StoreReader>> {
+        let opened = || self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+        let present = {
+            let opened = opened();
+            opened.is_ours().then(|| opened.reader.clone())
+        };
+        if let Some(reader) = present.filter(|reader| reader.is_current()) {
+            return Ok(reader);
+        }
+        let new = OpenedReader::new(&self.directory)?;
+        let reader = new.reader.clone();
+        // The lock is held for moments only: a child that is forked meanwhile would wait for ever.
+        let before = std::mem::replace(&mut *opened(), new);
+        drop(before);
+        Ok(reader)
     }
 
     /// Returns what is to be said of the place from which records are read.
-    pub fn notes(&self) -> Vec<String> {
-        reader_notes(&self.reader)
+    ///
+    /// # Errors
+    /// The store cannot be read any more.
+    pub fn notes(&self) -> Result<Vec<String>> {
+        Ok(reader_notes(&*self.reader()?))
     }
 
     /// Returns the names of the studies in alphabetical order.
@@ -125,7 +178,7 @@ impl ReadStore {
     /// # Errors
     /// They cannot be read.
     pub fn names(&self) -> Result<Vec<String>> {
-        Ok(self.reader.study_names()?)
+        Ok(self.reader()?.study_names()?)
     }
 
     /// Returns a study.
@@ -133,7 +186,7 @@ impl ReadStore {
     /// # Errors
     /// There is none of this name, or it is damaged.
     pub fn study(&self, name: &str) -> Result<Study> {
-        stored_large_study(&self.reader, name)
+        stored_large_study(&*self.reader()?, name)
     }
 
     /// Returns what is chosen of a study; without columns, those that answer its question at a
@@ -143,8 +196,9 @@ impl ReadStore {
     /// There is no such study or column, a record cannot be read, or the condition cannot be
     /// evaluated.
     pub fn table(&self, name: &str, mut selection: Selection) -> Result<TypedTable> {
-        let source = StoreSource::Reader(&self.reader);
-        let study = stored_study(&self.reader, name)?;
+        let reader = self.reader()?;
+        let source = StoreSource::Reader(&reader);
+        let study = stored_study(&reader, name)?;
         let results = Results::read(study, &source)?;
         if selection.columns.is_empty() {
             selection.columns = results.usual_columns(selection.steps)?;
@@ -163,11 +217,12 @@ impl ReadStore {
     /// # Errors
     /// There is no such result or there are several, or it has no fields.
     pub fn fields(&self, key: &str) -> Result<StoredFields> {
-        let key = find_key(&self.reader, key)?;
-        let record = self.record(&key)?;
+        let reader = self.reader()?;
+        let key = find_key(&reader, key)?;
+        let record = stored::record(&reader, &key)?;
         let fields = match record.multiplicity() {
             Some(found) => fields::solution_fields(found, None)?,
-            None => stored::fields(self.reader.blobs(), &record)?,
+            None => stored::fields(reader.blobs(), &record)?,
         };
         Ok(StoredFields { fields, key: key.to_string(), is_certified: record.is_certified() })
     }
@@ -178,14 +233,9 @@ impl ReadStore {
     /// # Errors
     /// There is no such result, or there are several.
     pub fn show(&self, key: &str) -> Result<serde_json::Value> {
-        let record = self.record(&find_key(&self.reader, key)?)?;
+        let reader = self.reader()?;
+        let record = stored::record(&reader, &find_key(&reader, key)?)?;
         one_result::json(&record, None, &UsedFiles::default())
-    }
-
-    fn record(&self, key: &identity::JobKey) -> Result<Record> {
-        let bytes = self.reader.get(key)?;
-        let bytes = bytes.context("the record was removed while it was looked up")?;
-        Record::decode(&bytes).with_context(|| format!("the record of job {key}"))
     }
 }
 

@@ -157,9 +157,7 @@ impl Records for StoreSource<'_> {
                 let command = proposal::command(self.blobs().store(), ["store", "verify"]);
                 format!("run `{command}` to see the whole damage, and the study's file to heal it")
             })?;
-            let record =
-                Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
-            Ok((key, record))
+            Ok((key, decoded(&key, &bytes)?))
         };
         Ok(self.fetch(keys).into_iter().map(decoded).collect::<Result<_>>()?)
     }
@@ -167,7 +165,7 @@ impl Records for StoreSource<'_> {
     fn matching(&self, is_wanted: &dyn Fn(&str) -> bool) -> Result<RecordMap, RecordsError> {
         let wanted = |(key, bytes): FetchedRecord| {
             let bytes = bytes.ok().filter(|bytes| job_text(bytes).is_some_and(is_wanted))?;
-            let record = Record::decode(&bytes).ok()?;
+            let record = decoded(&key, &bytes).ok()?;
             let usable = self.is_usable(&key, &bytes);
             usable.map(|is_usable| is_usable.then_some((key, record))).transpose()
         };
@@ -177,6 +175,21 @@ impl Records for StoreSource<'_> {
     fn fields(&self, record: &Record) -> Result<Fields, RecordsError> {
         Ok(fields(self.blobs(), record)?)
     }
+}
+
+/// Decodes the record of a job, and refuses that of another one.
+fn decoded(key: &JobKey, bytes: &[u8]) -> Result<Record> {
+    let record = Record::decode(bytes).with_context(|| format!("the record of job {key}"))?;
+    if record.key() != *key {
+        bail!("what is stored as the record of job {key} is that of job {}", record.key());
+    }
+    Ok(record)
+}
+
+/// Reads the record of a job that was just listed.
+pub(crate) fn record(reader: &StoreReader, key: &JobKey) -> Result<Record> {
+    let bytes = reader.get(key)?;
+    decoded(key, &bytes.context("the record was removed while it was looked up")?)
 }
 
 /// Reads the fields of a record.

@@ -1,15 +1,15 @@
 //! A table that is written row by row, to a file or to standard output, so that its length takes no
 //! memory.
 
-use std::ffi::OsString;
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use answers::{AnswerError, Records, Selection};
 use anyhow::{Context, Result};
 use report::{DataTable, ParquetFault, ParquetFile, TypedColumn, WiderCell};
 use study::Study;
+
+use crate::written_file::{WrittenFile, failure};
 
 /// The source of the blocks of a table, all of which have the same columns.
 pub(crate) enum TableRows<'r> {
@@ -47,35 +47,6 @@ impl From<AnswerError> for VisitError {
     }
 }
 
-/// A file that takes its place when it is whole.
-struct NewFile<'p> {
-    path: &'p Path,
-    partial: PathBuf,
-}
-
-impl<'p> NewFile<'p> {
-    fn create(path: &'p Path) -> Result<(Self, File)> {
-        let mut name = OsString::from(path);
-        name.push(".part");
-        let partial = PathBuf::from(name);
-        let file = File::create(&partial)
-            .with_context(|| format!("cannot write {}", partial.display()))?;
-        Ok((NewFile { path, partial }, file))
-    }
-
-    /// Gives the file its name if it was written, and removes it otherwise.
-    fn settle<T>(self, written: Result<T>) -> Result<T> {
-        let settled = written.and_then(|written| {
-            std::fs::rename(&self.partial, self.path)?;
-            Ok(written)
-        });
-        if settled.is_err() {
-            let _ = std::fs::remove_file(&self.partial);
-        }
-        settled.with_context(|| format!("cannot write {}", self.path.display()))
-    }
-}
-
 /// Writes a table as Parquet and returns the number of its rows.
 pub(crate) fn write_parquet(
     rows: &TableRows<'_>,
@@ -83,8 +54,8 @@ pub(crate) fn write_parquet(
     path: &Path,
 ) -> Result<u64> {
     loop {
-        let (place, file) = NewFile::create(path)?;
-        let written = parquet(rows, &columns, file);
+        let file = WrittenFile::create(path)?;
+        let written = parquet(rows, &columns, &file, path);
         let wider = match &written {
             Err(error) => match error.downcast_ref::<ParquetFault>() {
                 Some(ParquetFault::Wider(wider)) => Some(wider.clone()),
@@ -92,18 +63,27 @@ pub(crate) fn write_parquet(
             },
             Ok(_) => None,
         };
-        let settled = place.settle(written);
         // A mesh may be a pair at some point, which is a text. Types only widen, so this ends.
-        let Some(WiderCell { name, cells }) = wider else { return settled };
+        let Some(WiderCell { name, cells }) = wider else {
+            let count = written?;
+            file.settle()?;
+            return Ok(count);
+        };
         let column = columns.iter_mut().find(|column| column.head.name == name);
         column.context("a block has a column of its own")?.cells = cells;
     }
 }
 
-fn parquet(rows: &TableRows<'_>, columns: &[TypedColumn], file: File) -> Result<u64> {
-    let mut parquet = ParquetFile::new(BufWriter::new(file), columns.to_vec())?;
-    rows.visit(|block| Ok(parquet.write(block)?))?;
-    Ok(parquet.close()?)
+fn parquet(
+    rows: &TableRows<'_>,
+    columns: &[TypedColumn],
+    file: &WrittenFile<'_>,
+    path: &Path,
+) -> Result<u64> {
+    let sink = BufWriter::new(file.sink());
+    let mut parquet = ParquetFile::new(sink, columns.to_vec()).with_context(|| failure(path))?;
+    rows.visit(|block| parquet.write(block).with_context(|| failure(path)))?;
+    parquet.close().with_context(|| failure(path))
 }
 
 /// Writes a table as CSV to a file, or to standard output, and returns the number of its rows; the
@@ -111,13 +91,14 @@ fn parquet(rows: &TableRows<'_>, columns: &[TypedColumn], file: File) -> Result<
 pub(crate) fn write_csv(rows: &TableRows<'_>, path: Option<&Path>) -> Result<u64> {
     match path {
         Some(path) => {
-            let (place, file) = NewFile::create(path)?;
-            let mut file = BufWriter::new(file);
-            let written = csv(rows, &mut file);
-            place.settle(written)
+            let file = WrittenFile::create(path)?;
+            let count = csv(rows, &mut BufWriter::new(file.sink()), &failure(path))?;
+            file.settle()?;
+            Ok(count)
         }
         None => {
-            let written = csv(rows, &mut io::stdout().lock());
+            let output = &mut io::stdout().lock();
+            let written = csv(rows, output, "cannot write to standard output");
             // A reader that has gone away, as `head` does, is no error.
             let is_gone = |error: &anyhow::Error| {
                 error
@@ -126,21 +107,22 @@ pub(crate) fn write_csv(rows: &TableRows<'_>, path: Option<&Path>) -> Result<u64
             };
             match written {
                 Err(error) if is_gone(&error) => Ok(u64::MAX),
-                written => written.context("cannot write to standard output"),
+                written => written,
             }
         }
     }
 }
 
-fn csv(rows: &TableRows<'_>, sink: &mut dyn Write) -> Result<u64> {
+/// Writes a table as CSV; `failure` is said if the bytes cannot be written.
+fn csv(rows: &TableRows<'_>, sink: &mut dyn Write, failure: &str) -> Result<u64> {
     let mut is_first = true;
     let mut count = 0;
     rows.visit(|block| {
         let text = if is_first { block.csv() } else { block.csv_rows() };
         is_first = false;
         count += block.rows().len() as u64;
-        Ok(sink.write_all(text.as_bytes())?)
+        sink.write_all(text.as_bytes()).with_context(|| failure.to_owned())
     })?;
-    sink.flush()?;
+    sink.flush().with_context(|| failure.to_owned())?;
     Ok(count)
 }

@@ -13,7 +13,8 @@ use crate::fields::arrays;
 use crate::study::{described, outline};
 use crate::threads::detached;
 
-/// A store that is read beside whatever run is writing it.
+/// A store that is read beside whatever run is writing it. Every question is answered from what is
+/// there when it is asked.
 #[pyclass(frozen, module = "tribosweep._native")]
 pub(crate) struct Store {
     store: ReadStore,
@@ -27,8 +28,8 @@ impl Store {
     }
 
     /// Returns what is to be said of the place from which records are read.
-    fn notes(&self) -> Vec<String> {
-        self.store.notes()
+    fn notes(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        detached(py, || self.store.notes())
     }
 
     /// Returns the names of the studies.
@@ -85,8 +86,8 @@ impl Store {
     }
 }
 
-/// Returns a column with its values. Where a whole number is missing there is 0 and `missing` is
-/// true; a missing number is NaN, a missing text None.
+/// Returns a column with its values. Where a number is missing, `missing` is true, and there is 0
+/// or NaN; a missing text is None.
 fn column<'py>(py: Python<'py>, table: &TypedTable, index: usize) -> PyResult<Bound<'py, PyDict>> {
     let column = &table.columns[index];
     let cells = || table.rows.rows().iter().map(|row| &row[index]);
@@ -94,15 +95,17 @@ fn column<'py>(py: Python<'py>, table: &TypedTable, index: usize) -> PyResult<Bo
     entry.set_item("name", &column.head.name)?;
     entry.set_item("unit", &column.head.unit)?;
     entry.set_item("meaning", &column.meaning)?;
+    if column.cells != CellType::Text {
+        let missing: Vec<bool> = cells().map(|cell| *cell == Cell::Missing).collect();
+        entry.set_item("missing", missing.into_pyarray(py))?;
+    }
     match column.cells {
         CellType::Integer => {
             let value = |cell: &Cell| match cell {
                 Cell::Integer(value) => *value,
                 _ => 0,
             };
-            let missing: Vec<bool> = cells().map(|cell| *cell == Cell::Missing).collect();
             entry.set_item("values", cells().map(value).collect::<Vec<i64>>().into_pyarray(py))?;
-            entry.set_item("missing", missing.into_pyarray(py))?;
         }
         CellType::Number => {
             let value = |cell: &Cell| match cell {
@@ -113,13 +116,9 @@ fn column<'py>(py: Python<'py>, table: &TypedTable, index: usize) -> PyResult<Bo
             entry.set_item("values", cells().map(value).collect::<Vec<f64>>().into_pyarray(py))?;
         }
         CellType::Text => {
-            let value = |cell: &Cell| match cell {
-                Cell::Text(text) => Some(text.clone()),
-                Cell::Integer(value) => Some(value.to_string()),
-                Cell::Number(value) => Some(value.to_string()),
-                Cell::Missing => None,
-            };
-            entry.set_item("values", cells().map(value).collect::<Vec<Option<String>>>())?;
+            let texts: Vec<Option<String>> =
+                cells().map(|cell| Some(cell.exact()?.into_owned())).collect();
+            entry.set_item("values", texts)?;
         }
     }
     Ok(entry)

@@ -1,12 +1,14 @@
 import json
 import multiprocessing
 import subprocess
+import sys
 import threading
 
 import numpy as np
 import pytest
 
 import tribosweep
+from tribosweep import _native
 
 
 def test_a_scene_is_solved_as_the_command_solves_it(scene, tmp_path):
@@ -87,19 +89,40 @@ def test_an_array_is_a_height_map(scene):
     assert contact.any(axis=0).sum() > contact.any(axis=1).sum()
 
 
-def test_python_goes_on_while_a_scene_is_solved(scene):
-    ticks, done = [], threading.Event()
+def test_python_goes_on_while_a_scene_is_solved(scene, monkeypatch):
+    began, ran = threading.Event(), []
+    native, within = _native.solve, []
 
-    def tick():
-        while not done.wait(0.001):
-            ticks.append(1)
+    def solve(*arguments):
+        began.set()
+        before = len(ran)
+        solved = native(*arguments)
+        within.append(len(ran) - before)
+        return solved
 
-    thread = threading.Thread(target=tick)
+    def run():
+        began.wait()
+        ran.append(True)
+
+    monkeypatch.setattr(_native, "solve", solve)
+    thread = threading.Thread(target=run)
     thread.start()
-    tribosweep.solve(scene, {"mesh": 128})
-    done.set()
-    thread.join()
-    assert len(ticks) > 3
+    # Nothing but the call itself gives the lock to the other thread.
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1000)
+    try:
+        tribosweep.solve(scene, {"mesh": 96})
+    finally:
+        sys.setswitchinterval(interval)
+        thread.join()
+    assert within == [1]
+
+
+def test_a_figure_that_is_0_is_shown(scene):
+    scene["friction"] = {"mu": 0.3}
+    scene["loading"] = {"steps": [{"approach": "20 um"}, {"shift_x": "40 um"}]}
+    result = tribosweep.solve(scene, {"mesh": 16})
+    assert result.stick_fraction == 0 and "stick_fraction = 0" in repr(result)
 
 
 def load_of(scene):

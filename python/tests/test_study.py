@@ -1,6 +1,8 @@
 import csv
+import gc
 import io
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -99,7 +101,10 @@ def test_parquet_and_arrow_agree_with_pandas_and_duckdb(scene, store, tmp_path):
     assert [column["name"] for column in said] == names
     arrow = results.arrow(select=names)
     assert arrow.schema.field("load").metadata[b"unit"] == b"N"
-    assert arrow.column("load").to_pylist() == whole.column("load").to_pylist()
+    # What is missing is null in both, and no number.
+    for name in names:
+        assert arrow.column(name).to_pylist() == whole.column(name).to_pylist(), name
+    assert any(whole.column(name).null_count for name in names if arrow.schema.field(name).type == pyarrow.float64())
     assert whole.schema.field("contact_elements").type == pyarrow.int64()
     found = duckdb.sql(f"select mu, load from '{file}' where mu > 0.2 order by mu").fetchall()
     assert [load for _, load in found] == list(results.query("mu > 0.2", sort="mu").load)
@@ -142,6 +147,98 @@ def test_what_cannot_be_run_or_read_is_said_in_words(scene, store, tmp_path):
     with pytest.raises(tribosweep.StudyError, match="friction.toml:"):
         (tmp_path / "friction.toml").write_text("name = 3\n")
         tribosweep.Study(tmp_path / "friction.toml")
+
+
+def test_a_path_is_no_option_whatever_it_begins_with(scene, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("TRIBOSWEEP_STORE", raising=False)
+    (tmp_path / "-friction.toml").write_text(tribosweep.Study(sweep(scene)).text)
+    study = tribosweep.Study("-friction.toml")
+    assert study.plan("-store").to_run == 3
+    assert study.run("-store").progress["done"] == 3
+    assert len(tribosweep.open("-store")["friction"].query()) == 3
+
+
+def test_a_store_that_was_opened_shows_what_is_run_afterwards(scene, store, tmp_path, monkeypatch):
+    tribosweep.Study(sweep(scene, [0.1])).run(store)
+    opened = tribosweep.open(os.path.relpath(store))
+    assert len(opened["friction"].query("load > 0")) == 1
+    tribosweep.Study(sweep(scene, [0.1, 0.2])).run(store)
+    tribosweep.Study({**sweep(scene, [0.3]), "name": "other"}).run(store)
+    # The store is read where it was opened.
+    monkeypatch.chdir(tmp_path)
+    results = opened["friction"]
+    assert len(results.query("load > 0")) == 2 and sorted(opened) == ["friction", "other"]
+    tribosweep.Study(sweep(scene, [0.1, 0.2, 0.4])).run(store)
+    assert len(results.query("load > 0")) == 3
+    assert results.fields(results.query("mu == 0.4", select="key").key[0])
+    exported = tmp_path / "results"
+    exported.mkdir()
+    command("store", "export", exported / "one.tribosweep", "--store", store)
+    opened = tribosweep.open(exported)
+    assert len(opened["friction"].query("load > 0")) == 3
+    tribosweep.Study(sweep(scene, [0.1, 0.2, 0.4, 0.5])).run(store)
+    (exported / "one.tribosweep").unlink()
+    command("store", "export", exported / "two.tribosweep", "--store", store)
+    assert len(opened["friction"].query("load > 0")) == 4
+
+
+OPENED = {}
+
+
+def ask(times, answers):
+    """Puts the same questions many times and counts answers that are wrong."""
+    results = OPENED["store"]["friction"]
+    wrong = 0
+    for _ in range(times):
+        for mu, load in answers.items():
+            wrong += list(results.query(f"mu == {mu}", select="load").load) != [load]
+    return wrong
+
+
+def test_a_forked_child_asks_for_itself(scene, store):
+    """While a run writes, both would have the same connection to it."""
+
+    class Enough(Exception):
+        pass
+
+    found = []
+
+    def listen(event):
+        if event["event"] != "committed" or event.get("counts", {}).get("done", 0) < 4:
+            return
+        opened = OPENED["store"] = tribosweep.open(store)
+        frame = opened["friction"].query("load > 0", select="mu,load")
+        answers = dict(zip(frame.mu[:4], frame.load[:4]))
+        with multiprocessing.get_context("fork").Pool(2) as pool:
+            asked = [pool.apply_async(ask, (8, answers)) for _ in range(2)]
+            found.append(ask(8, answers))
+            found.extend(one.get(timeout=60) for one in asked)
+        found.extend(opened.notes)
+        raise Enough
+
+    study = tribosweep.Study(sweep(scene, np.linspace(0.05, 0.9, 400), mesh=48))
+    with pytest.raises(Enough):
+        study.run(store, workers=2, progress=listen)
+    OPENED.clear()
+    assert found[:3] == [0, 0, 0] and "served by the running process" in found[3]
+
+
+def leave(opened):
+    # The only reference to what is shared with the parent.
+    opened._native = None
+    gc.collect()
+
+
+def test_a_forked_child_leaves_the_copy_of_its_parent(scene, store):
+    tribosweep.Study(sweep(scene)).run(store)
+    opened = tribosweep.open(store)
+    frame = opened["friction"].query()
+    child = multiprocessing.get_context("fork").Process(target=leave, args=(opened,))
+    child.start()
+    child.join(60)
+    assert child.exitcode == 0
+    assert opened["friction"].query().equals(frame)
 
 
 def test_an_interrupt_ends_a_run_softly(scene, store):

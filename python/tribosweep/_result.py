@@ -56,9 +56,9 @@ class Figures(Mapping):
 class Result:
     """The result of a scene.
 
-    Every column of `tribosweep query --columns` is an attribute, such as `load` [N],
+    Every figure that `tribosweep query` has of a result is an attribute, such as `load` [N],
     `peak_pressure` [Pa] or `contact_area` [m²], and None where it is missing; `units` and
-    `meanings` say what each is. `observables`, `certificate` (0 is exact) and `estimates` (of the
+    `meanings` say what each is. The settings are no figures: `job` has them. `observables`, `certificate` (0 is exact) and `estimates` (of the
     discretisation error, relative) have them by kind. The fields are arrays of shape (y, x):
     `pressure`, `traction_x`, `traction_y` [Pa], `gap`, `slip_x`, `slip_y` [m] and `state`
     (0 outside, 1 open, 2 stick, 3 slip), over the centres of the elements `x` and `y` [m]. Of a
@@ -135,7 +135,7 @@ class Result:
         names = ("load", "at_approach", "peak_pressure", "contact_area", "stick_fraction")
         names += ("solutions", "mu_low", "mu_high", "residual", "estimate_load", "reason")
         known = self._all
-        return [(name, known[name], known.units[name]) for name in names if known.get(name)]
+        return [(name, known[name], known.units[name]) for name in names if known.get(name) is not None]
 
     def __repr__(self) -> str:
         said = [f"<tribosweep.Result {self.status}"]

@@ -28,9 +28,19 @@ def open(store: Union[str, os.PathLike[str], None] = None) -> Store:
 
     Without an argument that is the store of the command: TRIBOSWEEP_STORE, or `.tribosweep`. It
     never writes there and holds up no run: what it reads comes from the process that writes the
-    store, or from a private copy of the records.
+    store, or from a private copy of the records. Each question is answered from what is there when
+    it is asked, also in a process that was forked.
 
     Raises `StoreError` if there is none.
+
+    The examples are of a store in which the example of `Study` has run:
+
+    >>> import tribosweep
+    >>> store = tribosweep.open()
+    >>> list(store)
+    ['stick-zone-of-a-coating']
+    >>> store["stick-zone-of-a-coating"]
+    <tribosweep.StoredStudy stick-zone-of-a-coating: 2 points over mu>
     """
     return Store(usual_store(store))
 
@@ -40,7 +50,8 @@ class Store(Mapping):
 
     def __init__(self, path: str) -> None:
         self.path = path
-        self._native = _native.Store(path)
+        # The directory may be left before the next question.
+        self._native = _native.Store(os.path.abspath(path))
 
     @property
     def notes(self) -> list[str]:
@@ -75,6 +86,13 @@ class Store(Mapping):
         """Returns the fields of a result by the beginning of its key, as an xarray.Dataset.
 
         `attrs` have the `key` in full and `certified`: 0 if they are those of a last iterate.
+
+        >>> import tribosweep
+        >>> store = tribosweep.open()
+        >>> key = store["stick-zone-of-a-coating"].query(select="key").key[0]
+        >>> fields = store.fields(key[:12])
+        >>> dict(fields.sizes), fields.pressure.attrs["units"], fields.attrs["certified"]
+        ({'y': 16, 'x': 16}, 'Pa', 1)
         """
         found = self._native.fields(key)
         return dataset(found, {"key": found["key"], "certified": int(found["certified"])})
@@ -92,7 +110,11 @@ class Store(Mapping):
 
 
 class StoredStudy:
-    """A study in a store, whatever of it has been computed so far."""
+    """A study in a store, whatever of it has been computed so far.
+
+    Its attributes are those of the moment at which it was looked up; what its methods return is
+    read anew each time.
+    """
 
     def __init__(self, store: Store, name: str) -> None:
         self._store = store
@@ -127,6 +149,12 @@ class StoredStudy:
         `attrs["meanings"]` say what the columns are.
 
         Raises `QueryError` for a column or a condition that makes no sense.
+
+        >>> import tribosweep
+        >>> results = tribosweep.open()["stick-zone-of-a-coating"]
+        >>> frame = results.query("mu > 0.3", select=["mu", "load"])
+        >>> list(frame.mu), frame.attrs["units"]["load"]
+        ([0.4], 'N')
         """
         table = self._table(where, select, sort, steps)
         frame = pd.DataFrame({column["name"]: _values(column) for column in table})
@@ -144,7 +172,15 @@ class StoredStudy:
         sort: Union[str, Sequence[str], None] = None,
         steps: bool = False,
     ) -> Any:
-        """Returns the same as `query` as a pyarrow.Table; each field has its unit and meaning."""
+        """Returns the same as `query` as a pyarrow.Table; each field has its unit and meaning.
+
+        What is missing is null.
+
+        >>> import tribosweep
+        >>> table = tribosweep.open()["stick-zone-of-a-coating"].arrow(select="mu,load", sort="mu")
+        >>> table.column("mu").to_pylist(), table.schema.field("load").metadata[b"unit"]
+        ([0.2, 0.4], b'N')
+        """
         try:
             import pyarrow
         except ImportError:
@@ -189,9 +225,9 @@ def _names(names: Union[str, Sequence[str], None]) -> list[str]:
 
 
 def _values(column: Any) -> Any:
-    missing = column.get("missing")
-    if missing is not None and missing.any():
-        return pd.arrays.IntegerArray(column["values"], missing)
-    return pd.Series(column["values"], dtype=object) if missing is None and isinstance(
-        column["values"], list
-    ) else column["values"]
+    values, missing = column["values"], column.get("missing")
+    if isinstance(values, list):
+        return pd.Series(values, dtype=object)
+    # A missing number is NaN already.
+    is_whole = values.dtype.kind == "i"
+    return pd.arrays.IntegerArray(values, missing) if is_whole and missing.any() else values

@@ -134,7 +134,7 @@ class Study:
     def plan(self, store: Union[str, os.PathLike[str], None] = None) -> Plan:
         """Returns what the study would run; runs nothing."""
         with self._file() as file:
-            command = [program(), "plan", file, "--json", "--store", usual_store(store)]
+            command = [program(), "plan", file, "--json", f"--store={usual_store(store)}"]
             done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         if done.returncode != 0:
             raise RunError(_error(done.stderr.decode(errors="replace")))
@@ -163,10 +163,10 @@ class Study:
         place = usual_store(store)
         options: list[str] = []
         for name, value in (("--workers", workers), ("--memory", memory), ("--until", until)):
-            options += [] if value is None else [name, str(value)]
+            options += [] if value is None else [f"{name}={value}"]
         options += ["--retry-failed"] if retry_failed else []
         with self._file() as file:
-            command = [program(), "run", file, "--json", "--store", place, *options]
+            command = [program(), "run", file, "--json", f"--store={place}", *options]
             summary = _follow(command, _listener(progress))
         run = Run(summary)
         run.__dict__["results"] = open(place)[self.name]
@@ -176,7 +176,8 @@ class Study:
     def _file(self) -> Iterator[str]:
         """Gives the path of the study's file, which is a temporary one for a dictionary."""
         if self._text is None:
-            yield self._path
+            # No path is an option, whatever it begins with.
+            yield os.path.join(".", self._path) if self._path.startswith("-") else self._path
             return
         with tempfile.TemporaryDirectory(prefix="tribosweep-study-") as top:
             # The files have the same names from there, also those that lead upwards.

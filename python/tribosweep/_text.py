@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import math
@@ -24,9 +25,7 @@ class _Writer:
         """Returns the lines of a table: values first, then the tables below it."""
         lines, below = [], []
         for name, value in table.items():
-            if not isinstance(name, str):
-                raise TypeError(f"{path or 'the study'}: a key must be a text, not {name!r}")
-            key = _key(name)
+            key = _key(name, path)
             full = f"{path}.{key}" if path else key
             if path == "" and isinstance(value, Mapping):
                 below.append(f"\n[{full}]\n{self.table(value, full)}")
@@ -35,7 +34,7 @@ class _Writer:
         return "".join(lines + below)
 
     def value(self, value: Any, path: str) -> str:
-        if isinstance(value, np.ndarray) and value.ndim == 2:
+        if isinstance(value, np.ndarray) and value.ndim == 2 and path.endswith(".file"):
             return _text(self.file(value))
         if isinstance(value, (np.generic, np.ndarray)):
             value = value.tolist()
@@ -48,10 +47,8 @@ class _Writer:
         if isinstance(value, (str, os.PathLike)):
             return _text(os.fspath(value))
         if isinstance(value, Mapping):
-            items = (
-                f"{_key(key)} = {self.value(item, f'{path}.{key}')}"
-                for key, item in value.items()
-            )
+            keys = ((_key(name, path), item) for name, item in value.items())
+            items = (f"{key} = {self.value(item, f'{path}.{key}')}" for key, item in keys)
             return "{ " + ", ".join(items) + " }"
         if isinstance(value, (list, tuple, range)):
             return "[" + ", ".join(self.value(item, path) for item in value) + "]"
@@ -61,16 +58,20 @@ class _Writer:
         )
 
     def file(self, heights: np.ndarray) -> str:
-        """Keeps an array of heights as an NPY file and returns its name."""
+        """Keeps an array of heights as an NPY file and returns its name, which tells its contents:
+        no file that a study names beside it has the same one.
+        """
         bytes_ = io.BytesIO()
         np.save(bytes_, np.ascontiguousarray(heights, dtype=np.float64), allow_pickle=False)
-        name = f"array-{len(self.files) + 1}.npy"
+        name = f"array-{hashlib.sha256(bytes_.getvalue()).hexdigest()[:32]}.npy"
         self.files[name] = bytes_.getvalue()
         return name
 
 
-def _key(name: str) -> str:
-    """Returns a key, whose dots lead into tables as they do in a file."""
+def _key(name: Any, path: str) -> str:
+    """Returns a key below a path, whose dots lead into tables as they do in a file."""
+    if not isinstance(name, str):
+        raise TypeError(f"{path or 'the study'}: a key must be a text, not {name!r}")
     return name if all(_BARE.match(part) for part in name.split(".")) else _text(name)
 
 

@@ -10,9 +10,11 @@ use crate::figures::{draw, nothing_varies, own_files};
 use crate::output::{self, Finish};
 use crate::proposal;
 use crate::stored::{StoreSource, read_store, stored_study};
+use crate::written_file;
 
 /// Draws figures of a study to files.
 pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
+    args.output.as_deref().map_or(Ok(()), written_file::check)?;
     let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;

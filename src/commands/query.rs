@@ -8,18 +8,25 @@ use study::{MOST_POINTS, Study};
 use wording::escaped_json;
 
 use crate::cli::{QueryArgs, TableFormat};
-use crate::figures;
 use crate::output::{self, Finish, layout};
 use crate::proposal;
 use crate::stored::{StoreSource, read_store, stored_large_study};
 use crate::study_file::part;
 use crate::table_file::{TableRows, write_csv, write_parquet};
+use crate::written_file;
 
 /// Prints the results of a study as a table, or writes them to a file.
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     let format = if args.json { TableFormat::Json } else { args.format };
     if matches!(format, TableFormat::Parquet) && (args.output.is_none() || args.columns) {
         bail!("--format parquet writes results to a file: --output {}.parquet", args.name);
+    }
+    if let Some(file) = &args.output {
+        match format {
+            // The figures at the end of it tell where its parts are, so that nobody reads a pipe.
+            TableFormat::Parquet => written_file::check_regular(file)?,
+            _ => written_file::check(file)?,
+        }
     }
     let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
@@ -40,6 +47,7 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     let is_file = matches!(format, TableFormat::Parquet | TableFormat::Csv);
     let is_known = !selection.columns.is_empty() && !args.columns;
     if is_file && is_known && selection.is_separable(&study) {
+        selection.check(&study)?;
         let rows = TableRows::Selected { selection: &selection, study: &study, source: &source };
         return write(args, format, rows, &selection, &study);
     }
@@ -102,7 +110,7 @@ fn write(
     };
     match path {
         Some(path) => {
-            figures::write(path, text.as_bytes())?;
+            written_file::write(path, text.as_bytes())?;
             output::print(&format!("{}\n", path.display()))
         }
         None => output::print_raw(&text),

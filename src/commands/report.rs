@@ -9,19 +9,19 @@ mod facts;
 mod pictures;
 mod rows;
 
-use std::io::Write;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use answers::Results;
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use report::{JobTable, Page, PageBlock, PageSection};
 use serde::Serialize;
 
-use crate::cli::ReportArgs;
-use crate::figures::own_file;
+use crate::cli::{FieldChoice, ReportArgs};
 use crate::output::{self, Finish};
 use crate::stored::{StoreSource, read_store, stored_study};
 use crate::words::count;
+use crate::written_file;
 use chosen::FieldsRoom;
 use rows::JobRows;
 
@@ -45,11 +45,22 @@ struct WrittenPage {
 
 /// Writes the page of a study.
 pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
-    let file = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.html", args.name)));
-    check_file(&file, args.output.is_some())?;
+    let file = args.output.clone().unwrap_or_else(|| usual_file(args));
+    match args.output {
+        Some(_) => written_file::check_regular(&file)?,
+        None => written_file::check_own(&file)?,
+    }
     let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    // One file of fields that is lost must not take the whole page with it.
+    let doubt = results.forgone_comparison().map(|error| {
+        format!(
+            "The points are not compared, and the columns and answers that come of it are \
+             missing: {error:#}.",
+            error = anyhow::Error::from(error)
+        )
+    });
     let filter = args.filter.as_deref();
     let rows = JobRows::read(&results, filter)?;
     if rows.len() == 0 {
@@ -59,21 +70,23 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
         );
     }
 
-    let mut left_out = Vec::new();
-    let table = JobTable::new(&rows.table, &rows.job_columns(&results)?, TABLE)?;
+    let mut left_out: Vec<String> = doubt.into_iter().collect();
+    let has_fields: Vec<bool> = chosen::with_fields(&results, &rows);
+    let table = JobTable::new(&rows.table, &rows.job_columns(&results)?, TABLE)?
+        .with_fields(|row| has_fields[row]);
     let mut page = Page {
         name: results.study().name().to_owned(),
         question: results.study().question().to_owned(),
-        command: wording::command(["report", &args.name]),
+        command: wording::command(words_of_page(args)),
         footer: "The page was written by `tribosweep report` from stored results. It holds \
                  everything that it shows and asks no other place for anything."
             .to_owned(),
-        sections: facts::before(&results, &rows, filter)?,
+        sections: facts::before(&results, &rows, filter, &left_out)?,
     };
-    page.sections.push(pictures::section(&results, &rows, filter, &mut left_out)?);
+    page.sections.push(pictures::section(&results, &rows, table.rows(), filter, &mut left_out)?);
     page.sections.push(jobs_section(&rows, table.clone(), &mut left_out));
     let place = page.sections.len();
-    page.sections.extend(facts::after(&results, &rows)?);
+    page.sections.extend(facts::after(&results, &rows, &words_with_fields(args))?);
 
     let room = FieldsRoom { bytes: PAGE.saturating_sub(page.html().len()), choice: &args.fields };
     let fields = chosen::fields(&reader, &results, &rows, &room)?;
@@ -82,7 +95,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
     page.sections.insert(place, fields.section(rows.len()));
 
     let html = page.html();
-    write(&file, html.as_bytes())?;
+    written_file::write(&file, html.as_bytes())?;
     let written =
         WrittenPage { file, bytes: html.len(), rows: table.rows(), fields: keys, left_out };
     if args.json {
@@ -90,6 +103,38 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
     }
     written.left_out.iter().for_each(|sentence| output::say(sentence));
     output::print(&format!("{}\n", written.file.display()))
+}
+
+/// Returns the name of the page unless another one is chosen.
+fn usual_file(args: &ReportArgs) -> PathBuf {
+    PathBuf::from(format!("{}.html", args.name))
+}
+
+/// Returns the words of the command that writes the page, but for the choice of fields. They name
+/// no directory, since the page is the same wherever it is written.
+fn words_of_page(args: &ReportArgs) -> Vec<OsString> {
+    let mut words: Vec<OsString> = ["report".into(), args.name.clone().into()].to_vec();
+    if let Some(filter) = &args.filter {
+        words.extend(["--where".into(), filter.into()]);
+    }
+    let name = args.output.as_deref().and_then(Path::file_name);
+    if let Some(name) = name.filter(|name| *name != usual_file(args).as_os_str()) {
+        let file = wording::file_argument(Path::new(name)).into_owned();
+        words.extend(["--output".into(), file]);
+    }
+    words
+}
+
+/// Returns the words of the command that writes the page.
+fn words_with_fields(args: &ReportArgs) -> Vec<OsString> {
+    let mut words = words_of_page(args);
+    let choice = match &args.fields {
+        Some(FieldChoice::Keys(beginnings)) => beginnings.join(","),
+        Some(FieldChoice::Count(most)) => most.to_string(),
+        None => return words,
+    };
+    words.extend(["--fields".into(), choice.into()]);
+    words
 }
 
 /// Returns the section with the table of jobs.
@@ -120,45 +165,4 @@ fn jobs_section(rows: &JobRows<'_>, table: JobTable, left_out: &mut Vec<String>)
     left_out.extend(sentences);
     blocks.push(PageBlock::Jobs(table));
     PageSection { id: "jobs", title: "Jobs", blocks }
-}
-
-/// Refuses a place where no file can be written whole, before anything is read. A file whose name
-/// nobody has chosen must be one of its own.
-fn check_file(file: &Path, is_chosen: bool) -> Result<()> {
-    if is_chosen {
-        if std::fs::metadata(file).is_ok_and(|found| !found.is_file()) {
-            bail!("{} is something else than a file; name one with --output", file.display());
-        }
-    } else {
-        own_file(file)?;
-    }
-    let directory = directory(file);
-    if !directory.is_dir() {
-        bail!("cannot write {}: there is no directory {}", file.display(), directory.display());
-    }
-    Ok(())
-}
-
-fn directory(file: &Path) -> &Path {
-    match file.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    }
-}
-
-/// Writes a file so that it is there whole or not at all. A link keeps leading to it.
-fn write(file: &Path, bytes: &[u8]) -> Result<()> {
-    let target = std::fs::canonicalize(file).unwrap_or_else(|_| file.to_path_buf());
-    let written = || -> std::io::Result<()> {
-        use std::os::unix::fs::PermissionsExt;
-        let mut unfinished = tempfile::Builder::new()
-            .prefix(".unfinished-")
-            .permissions(std::fs::Permissions::from_mode(0o666))
-            .tempfile_in(directory(&target))?;
-        unfinished.write_all(bytes)?;
-        unfinished.as_file().sync_all()?;
-        unfinished.persist(&target).map_err(|failed| failed.error)?;
-        std::fs::File::open(directory(&target))?.sync_all()
-    };
-    written().with_context(|| format!("cannot write {}", file.display()))
 }

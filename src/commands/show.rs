@@ -1,7 +1,7 @@
 //! `show`: one result whole.
 
 use answers::{effects, warnings};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use contact::model::Outcome;
 use contact::punch::Surfaces;
 use store::StoreReader;
@@ -18,8 +18,7 @@ use crate::{fields, output, stored};
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let reader = read_store(&args.store.store)?;
     let key = find_key(&reader, &args.key)?;
-    let bytes = reader.get(&key)?.context("the record was removed while it was looked up")?;
-    let record = Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
+    let record = stored::record(&reader, &key)?;
 
     if args.steps {
         let path = path(&record)?;

@@ -106,7 +106,7 @@ fn a_condition_that_cannot_be_evaluated_is_refused_before_anything_runs() {
     assert!(said.err.contains("stick_area") && !place.path(".tribosweep").exists(), "{}", said.err);
 }
 
-const HERTZ: &str = r#"name = "hertz"
+pub(crate) const HERTZ: &str = r#"name = "hertz"
 kind = "KIND"
 [scene]
 foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }

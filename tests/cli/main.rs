@@ -184,6 +184,51 @@ fn a_table_is_written_to_a_file_when_it_is_whole() {
 }
 
 #[test]
+fn what_is_there_and_no_file_is_not_replaced() {
+    let place = Place::run();
+    let csv = place.call("query small --select mu,load --format csv").out;
+    fs::write(place.path("loads.csv.part"), "of somebody else").unwrap();
+    std::os::unix::fs::symlink("loads.csv", place.path("link.csv")).unwrap();
+    std::os::unix::fs::symlink("/dev/null", place.path("null.csv")).unwrap();
+    fs::create_dir(place.path("folder")).unwrap();
+    assert_eq!(place.call("query small --select mu,load --format csv --output link.csv").code, 0);
+    assert_eq!(fs::read_to_string(place.path("loads.csv")).unwrap(), csv);
+    assert_eq!(fs::read(place.path("loads.csv.part")).unwrap(), b"of somebody else");
+    for file in ["null.csv", "/dev/null"] {
+        for format in ["csv --select mu", "csv", "json", "table"] {
+            let said = place.call(&format!("query small --format {format} --output {file}"));
+            assert_eq!(said.code, 0, "{}", said.err);
+        }
+    }
+    for link in ["link.csv", "null.csv"] {
+        assert!(fs::symlink_metadata(place.path(link)).unwrap().is_symlink());
+    }
+    insta::assert_snapshot!(place.transcript(&[
+        &["query", "small", "--format", "parquet", "--output", "null.csv"],
+        &["query", "small", "--format", "csv", "--output", "folder"],
+        &["query", "small", "--json", "--output", "no/small.json"],
+        &["plot", "small", "--output", "no/small.png"],
+        &["report", "small", "--output", "null.csv"],
+    ]));
+}
+
+/// What is wrong with a question is no fault of the file or the terminal.
+#[test]
+fn a_question_that_makes_no_sense_is_not_a_failure_to_write() {
+    let place = Place::run();
+    for format in ["csv", "csv --output no.csv", "parquet --output no.parquet"] {
+        for question in
+            ["--select wind", "--select mu --where wind>3", "--select mu --where status>3"]
+        {
+            let said = place.call(&format!("query small --format {format} {question}"));
+            assert_eq!(said.code, 1, "{}", said.err);
+            assert!(!said.err.contains("cannot write"), "{}", said.err);
+        }
+    }
+    assert!(!place.path("no.csv").exists() && !place.path("no.parquet").exists());
+}
+
+#[test]
 fn show_finds_a_result_by_the_beginning_of_its_key() {
     let place = Place::run();
     let keys = place.keys();

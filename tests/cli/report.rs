@@ -4,6 +4,7 @@ use std::fs;
 
 use serde_json::{Value, json};
 
+use crate::kinds::HERTZ;
 use crate::place::{Place, SMALL};
 
 /// Returns the page with a name.
@@ -102,10 +103,11 @@ fn the_same_results_give_the_same_page_wherever_they_are() {
     let first = page(&place, "small.html");
     assert_eq!(place.call("store export kept/small.tribosweep").code, 0);
     assert_eq!(place.call("store merge .tribosweep --into merged").code, 0);
+    fs::create_dir(place.path("other")).unwrap();
     for store in [".tribosweep", "kept/small.tribosweep", "kept", "merged"] {
-        let said = place.call(&format!("report small --store {store} --output other.html"));
-        assert_eq!((said.code, said.out.as_str()), (0, "other.html\n"), "{}", said.err);
-        assert!(page(&place, "other.html") == first, "{store}");
+        let said = place.call(&format!("report small --store {store} --output other/small.html"));
+        assert_eq!((said.code, said.out.as_str()), (0, "other/small.html\n"), "{}", said.err);
+        assert!(page(&place, "other/small.html") == first, "{store}");
     }
     let directory = place.path("");
     assert!(!first.contains(directory.to_str().unwrap().trim_end_matches('/')));
@@ -195,10 +197,86 @@ fn the_study_stands_in_the_page_as_it_was_written() {
     let (_, section) = html.split_once("<section id=\"reproduce\">").unwrap();
     let (_, text) = section.rsplit_once("<pre>\n").unwrap();
     let (text, _) = text.split_once("</pre>").unwrap();
-    let text = [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&#39;", "'"), ("&amp;", "&")]
+    assert_eq!(unescaped(text), study);
+}
+
+/// Returns a page's text with what HTML escapes as it was.
+fn unescaped(text: &str) -> String {
+    [("&lt;", "<"), ("&gt;", ">"), ("&quot;", "\""), ("&#39;", "'"), ("&amp;", "&")]
         .into_iter()
-        .fold(text.to_owned(), |text, (from, to)| text.replace(from, to));
-    assert_eq!(text, study);
+        .fold(text.to_owned(), |text, (from, to)| text.replace(from, to))
+}
+
+#[test]
+fn tabs_and_ends_of_lines_of_a_study_stay_what_they_are() {
+    let study = SMALL.replace("mesh = 6", "\tmesh = 6 # six").replace('\n', "\r\n");
+    let place = Place::with("small.toml", &study);
+    assert_eq!(place.call("run small.toml --workers 2").code, 0);
+    assert_eq!(place.call("report small").code, 0);
+    let html = page(&place, "small.html");
+    let (_, text) = html.rsplit_once("<pre>\n").unwrap();
+    let (text, _) = text.split_once("</pre>").unwrap();
+    assert_eq!(unescaped(text), study.replace("\r\n", "\n"));
+}
+
+#[test]
+fn the_commands_of_a_page_write_it_again() {
+    let place = Place::run();
+    let key = &place.keys()[3][..12];
+    let said = place.words(&[
+        "report",
+        "small",
+        "--where",
+        "mu > 0.1",
+        "--output",
+        "./rough.html",
+        "--fields",
+        key,
+    ]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let html = page(&place, "rough.html");
+    let command = "tribosweep report small --where 'mu > 0.1' --output rough.html";
+    assert_eq!(data(&html)["report"], command);
+    assert!(unescaped(&html).contains(&format!(">{command} --fields {key}</pre>")));
+    // The ranges are of the rows for which the condition holds, like everything else.
+    assert!(html.contains("Over 4 points"), "{html}");
+    assert!(html.contains("The number of points that are solved, the warnings and effects are of"));
+    assert!(html.contains("written by <code>tribosweep report</code>"));
+}
+
+#[test]
+fn a_page_knows_which_jobs_have_fields() {
+    let study = SMALL.replace("[0.05, 0.2, 0.6]", "[0.05, 0.2, 0.6]\nmax_iterations = [1, 200]");
+    let place = Place::with("small.toml", study);
+    assert_eq!(place.call("run small.toml --workers 2").code, 2);
+    assert_eq!(place.call("report small").code, 0);
+    let data = data(&page(&place, "small.html"));
+    let rows = place.json("query small --json --select key,status");
+    let keys = data["jobs"]["keys"].as_array().unwrap();
+    assert_eq!(keys.len(), 12);
+    for (row, key) in keys.iter().enumerate() {
+        let has_fields = place
+            .words(&["show", key.as_str().unwrap(), "--field", "pressure", "--output", "p.npy"])
+            .code
+            == 0;
+        let fieldless = data["jobs"]["fieldless"].as_array().unwrap();
+        assert_eq!(fieldless.contains(&json!(row)), !has_fields, "{}", rows["rows"][row]);
+    }
+}
+
+#[test]
+fn a_file_of_fields_that_is_lost_does_not_take_the_page_with_it() {
+    let text = HERTZ.replace("KIND", "convergence") + "[convergence]\nreference = \"finest\"\n";
+    let place = Place::with("hertz.toml", text);
+    assert_eq!(place.call("run hertz.toml --workers 2").code, 0);
+    fs::remove_file(&place.blobs().0[0]).unwrap();
+    let written = place.json("report hertz --json");
+    let left_out = written["left_out"].to_string();
+    assert!(left_out.contains("The points are not compared"), "{left_out}");
+    assert!(left_out.contains("is missing"), "{left_out}");
+    let html = page(&place, "hertz.html");
+    assert!(html.contains("<p class=\"warning\">The points are not compared"));
+    assert!(!data(&html)["jobs"]["keys"].as_array().unwrap().is_empty());
 }
 
 #[test]

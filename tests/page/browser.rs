@@ -170,6 +170,14 @@ impl Browser {
         }
     }
 
+    /// Taps with a finger on the element that an expression gives.
+    pub(crate) fn tap(&mut self, element: &str) {
+        let [x, y] = self.middle(element);
+        let touch = |kind: &str, points: Value| json!({ "type": kind, "touchPoints": points });
+        self.call("Input.dispatchTouchEvent", touch("touchStart", json!([{ "x": x, "y": y }])));
+        self.call("Input.dispatchTouchEvent", touch("touchEnd", json!([])));
+    }
+
     /// Presses a key.
     pub(crate) fn press(&mut self, key: &str) {
         for kind in ["keyDown", "keyUp"] {

@@ -10,6 +10,10 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 use std::sync::Once;
 
+use report::{
+    Cell, DataTable, FigureSpec, JobColumn, JobTable, Page, PageBlock, PageFigure, PageSection,
+    PlotFigure, TableColumn,
+};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -32,16 +36,20 @@ impl ReportPlace {
     }
 
     fn run(&self, words: &[&str]) {
-        let status = Command::new(env!("CARGO_BIN_EXE_tribosweep"))
+        assert!(self.output(words).is_some(), "{words:?}");
+    }
+
+    /// Returns what a command says, if it succeeds.
+    fn output(&self, words: &[&str]) -> Option<String> {
+        let done = Command::new(env!("CARGO_BIN_EXE_tribosweep"))
             .args(words)
             .current_dir(self.directory.path())
             .env_remove("TRIBOSWEEP_STORE")
             .stdin(Stdio::null())
-            .stdout(Stdio::null())
             .stderr(Stdio::null())
-            .status()
+            .output()
             .unwrap();
-        assert!(status.success(), "{words:?}");
+        done.status.success().then(|| String::from_utf8(done.stdout).unwrap())
     }
 
     fn address(&self) -> String {
@@ -112,7 +120,7 @@ fn use_page(browser: &mut Browser) {
     assert_eq!(text(browser, "#jobs-count"), "2 of 6 rows");
     type_filter(browser, "wind > 3");
     let alert = browser.value(&format!("{}.textContent", element("#jobs-table .warning")));
-    assert_eq!(alert, "There is no column wind in this table.");
+    assert_eq!(alert, "There is no column wind in this table. All rows are shown.");
     type_filter(browser, "certified");
     assert_eq!(cells(browser, "mu").len(), 6);
 
@@ -217,17 +225,227 @@ fn the_page_fits_a_phone() {
     assert_eq!(browser.complaints(), Vec::<&Value>::new());
 }
 
+/// The filter of the page means what `query --where` means, or says that it does not.
 #[test]
-fn hostile_words_stay_words() {
+fn the_filter_agrees_with_that_of_a_query() {
     let Some(mut browser) = browser() else { return };
-    let attack =
-        r#"</script><script>window.attacked = 1</script><img src=x onerror=window.attacked=1>"#;
-    let study = STUDY.replace("Does it slip?", attack);
+    let place = ReportPlace::new(&STUDY.replace("mesh = 6", "mesh = 6\nmax_iterations = 30"));
+    browser.open(&place.address());
+    let (mut answered, mut refused) = (0, 0);
+    for condition in [
+        "mu > 0.1",
+        "mu < 0.1 || mu > 0.5",
+        "!(mu > 0.1)",
+        "!(mu > 0.1) && (poisson == 0.3 || mu == 0.05)",
+        "mu < 0.1 || mu > 0.1 && poisson == 0.3",
+        "0.1 < mu",
+        "mu in [0.05, 0.6]",
+        "status == \"certified\"",
+        "status == 'certified' && mu != 0.2",
+        "status != null",
+        "reason == null",
+        "stick_fraction >= 0 && stick_fraction <= 1e3",
+        "mu > -1",
+        "mu == \"0.2\"",
+        "status > 3",
+        "mu >",
+        "mu",
+        "(mu > 0.1",
+        "mu > 0.1)",
+        "mu = 0.2",
+        "mu & 3",
+        "wind > 3",
+        "mu > null",
+        "0.1 < mu < 0.5",
+        "!mu > 0.1",
+        "mu > \"a",
+    ] {
+        let rows =
+            place.output(&["query", "small", "--where", condition, "--select", "key", "--json"]);
+        type_filter(&mut browser, condition);
+        let is_refused = browser.value(&format!("!{}.hidden", element("#jobs-table .warning")));
+        let shown: Vec<String> = serde_json::from_value(browser.value(
+            "[...document.querySelectorAll('#jobs tbody td.job')].map(cell => cell.textContent)",
+        ))
+        .unwrap();
+        let Some(rows) = rows else {
+            // A word alone is looked for in the rows.
+            assert_eq!(is_refused, condition != "mu", "{condition}");
+            refused += 1;
+            continue;
+        };
+        // A column that is empty in every row is not in the page.
+        if condition == "reason == null" {
+            assert_eq!(is_refused, true, "{condition}");
+            continue;
+        }
+        assert_eq!(is_refused, false, "{condition}");
+        let rows: Value = serde_json::from_str(&rows).unwrap();
+        let keys = rows["rows"].as_array().unwrap().iter();
+        let keys: Vec<&str> = keys.map(|row| &row["key"].as_str().unwrap()[..8]).collect();
+        assert_eq!(shown, keys, "{condition}");
+        answered += 1;
+    }
+    assert!(answered >= 12 && refused >= 12, "{answered} answered, {refused} refused");
+    type_filter(&mut browser, "status == certified && mu in [0.6, 7]");
+    assert_eq!(cells(&mut browser, "mu"), ["0.6", "0.6"]);
+    assert_eq!(browser.complaints(), Vec::<&Value>::new());
+}
+
+#[test]
+fn a_finger_reads_the_values_of_points_and_maps() {
+    let Some(mut browser) = browser() else { return };
+    let place = ReportPlace::new(STUDY);
+    let size = json!({ "width": 390, "height": 800, "deviceScaleFactor": 2, "mobile": true });
+    browser.call("Emulation.setDeviceMetricsOverride", size);
+    browser.call("Emulation.setTouchEmulationEnabled", json!({ "enabled": true }));
+    browser.open(&place.address());
+    let point = element("[data-entry='0'] polygon, [data-entry='0'] circle");
+    browser.tap(&point);
+    assert!(text(&mut browser, ".tip").contains("coefficient of friction = "));
+    assert!(text(&mut browser, "#job-title").starts_with("mu = "));
+    browser.tap(&element("#map"));
+    let readout = text(&mut browser, "#map-readout");
+    assert!(readout.starts_with("x = "), "{readout}");
+    assert_eq!(browser.complaints(), Vec::<&Value>::new());
+}
+
+#[test]
+fn a_printed_page_has_every_row_and_the_colours_of_maps() {
+    let Some(mut browser) = browser() else { return };
+    let study = STUDY
+        .replace("mesh = 6", "mesh = 5")
+        .replace("[0.05, 0.2, 0.6]", "{ from = 0.05, to = 0.6, count = 20 }");
     let place = ReportPlace::new(&study);
     browser.open(&place.address());
+    let rows = "document.querySelectorAll('#jobs tbody tr').length";
+    assert_eq!(browser.value(rows), 25);
+    browser
+        .value(&format!("addEventListener('beforeprint', () => {{ window.printed = {rows}; }})"));
+    let print = json!({ "paperWidth": 8.27, "paperHeight": 11.69, "printBackground": false });
+    let printed = browser.call("Page.printToPDF", print);
+    assert!(printed["data"].as_str().is_some_and(|data| data.len() > 10_000));
+    assert_eq!(browser.value("window.printed"), 40);
+    assert_eq!(browser.value(rows), 25, "on the screen everything is as before");
+    browser.call("Emulation.setEmulatedMedia", json!({ "media": "print" }));
+    for part in [".bar", ".map", ".map .line", ".thumbs canvas"] {
+        let adjusts = format!("getComputedStyle({}).printColorAdjust", element(part));
+        assert_eq!(browser.value(&adjusts), "exact", "{part}");
+    }
+}
+
+const ATTACK: &str =
+    r#"</script><script>window.attacked = 1</script><img src=x onerror=window.attacked=1>"#;
+
+/// Opens a page and finds that nothing in it was obeyed.
+fn expect_words(browser: &mut Browser, address: &str) {
+    browser.open(address);
     assert_eq!(browser.value("window.attacked === undefined"), true);
-    assert_eq!(text(&mut browser, "h1"), attack);
-    assert_eq!(browser.requests(), [place.address()]);
+    assert_eq!(browser.requests(), [address]);
+    assert_eq!(browser.complaints(), Vec::<&Value>::new());
+    assert_eq!(browser.value("document.querySelectorAll('img, script').length"), 2);
+}
+
+#[test]
+fn hostile_words_of_a_study_stay_words() {
+    let Some(mut browser) = browser() else { return };
+    // A name of a file has no slash.
+    let file = "<img src=x onerror=window.attacked=1>.txt";
+    let study = STUDY
+        .replace("Does it slip?", ATTACK)
+        .replace("[figure]\n", &format!("[figure]\ntitle = 'Of {ATTACK}'\n"))
+        .replace(
+            "shape = \"sphere\", radius = \"50 mm\"",
+            &format!(
+                "shape = \"height-map\", file = '{file}', unit = \"um\", width_x = 1e-3, width_y = 1e-3"
+            ),
+        )
+        .replace("20 um", "0.1 um");
+    let place = ReportPlace { directory: TempDir::new().unwrap() };
+    let height =
+        |i: i32, j: i32| format!("{} ", -f64::from((i - 4).pow(2) + (j - 4).pow(2)) / 100.0);
+    let heights: String =
+        (0..9).map(|j| (0..9).map(|i| height(i, j)).collect::<String>() + "\n").collect();
+    fs::write(place.directory.path().join(file), heights).unwrap();
+    fs::write(place.directory.path().join("small.toml"), study).unwrap();
+    place.run(&["run", "small.toml", "--workers", "2"]);
+    let filter = format!("status != \"{}\"", ATTACK.replace('"', ""));
+    place.run(&["report", "small", "--where", &filter]);
+    expect_words(&mut browser, &place.address());
+    assert_eq!(text(&mut browser, "h1"), ATTACK);
+    let said = browser.value("document.body.textContent");
+    for words in [file, &filter] {
+        assert!(said.as_str().unwrap().contains(words), "{words}");
+    }
+    let name = browser.value(&format!("{}.getAttribute('aria-label')", element(".figure svg")));
+    assert!(
+        name.as_str().unwrap().starts_with(&format!("Of {ATTACK}")),
+        "the title of the figure: {name}"
+    );
+    // What is typed is words, too.
+    type_filter(&mut browser, ATTACK);
+    assert_eq!(browser.value("window.attacked === undefined"), true);
+    assert_eq!(browser.value("document.querySelectorAll('img, script').length"), 2);
+}
+
+/// Labels and reasons come from results, which somebody else may have computed.
+#[test]
+fn hostile_words_of_results_stay_words() {
+    let Some(mut browser) = browser() else { return };
+    let columns = ["key", "mu", "label", "status", "reason"].map(|name| TableColumn::new(name, ""));
+    let rows = (0..3).map(|i| {
+        let key = format!("{i}{ATTACK}");
+        let texts = [key.as_str(), ATTACK, "failed", ATTACK].map(Cell::from);
+        let [key, label, status, reason] = texts;
+        vec![key, Cell::Number(f64::from(i)), label, status, reason]
+    });
+    let table = DataTable::new(columns.to_vec(), rows.collect()).unwrap();
+    let column = |name: &str| JobColumn {
+        name: name.to_owned(),
+        group: if name == "label" { "axis" } else { "status" },
+        meaning: ATTACK.to_owned(),
+        is_shown: true,
+    };
+    let jobs = JobTable::new(&table, &["mu", "label", "status", "reason"].map(column), 1 << 20);
+    let spec = FigureSpec {
+        x: "mu",
+        y: &["mu"],
+        series: &["label"],
+        labels: &[("mu", ATTACK), ("label", ATTACK)],
+        title: ATTACK,
+        ..FigureSpec::default()
+    };
+    let sketch = PlotFigure::from_table(&table, &spec).unwrap().sketch();
+    let figure = PageFigure::Sketch { sketch, jobs: vec![Some(0), Some(1), None] };
+    let blocks = vec![
+        PageBlock::Table(table),
+        PageBlock::Figure(figure),
+        PageBlock::Jobs(jobs.unwrap().with_fields(|row| row == 1)),
+        PageBlock::Maps(Vec::new()),
+    ];
+    let page = Page {
+        name: ATTACK.to_owned(),
+        question: ATTACK.to_owned(),
+        command: ATTACK.to_owned(),
+        footer: ATTACK.to_owned(),
+        sections: vec![PageSection { id: "only", title: "Only", blocks }],
+    };
+    let place = ReportPlace { directory: TempDir::new().unwrap() };
+    fs::write(place.directory.path().join("small.html"), page.html()).unwrap();
+    expect_words(&mut browser, &place.address());
+    for (row, said) in [(1, "This adds them:"), (2, "This job has left no fields.")] {
+        browser.click(&element(&format!("#jobs tbody tr:nth-child({}) td:nth-child(2)", row + 1)));
+        assert_eq!(text(&mut browser, "#one-job p.warning"), ATTACK);
+        assert!(text(&mut browser, "#maps").contains(said), "row {row}");
+    }
+    // A point whose job is not in the table has values all the same.
+    browser.value(&format!("{}.focus()", element(".figure svg")));
+    for _ in 0..3 {
+        browser.press("ArrowRight");
+        browser.press("Enter");
+        assert!(text(&mut browser, ".tip").contains(ATTACK));
+    }
+    assert_eq!(browser.value("window.attacked === undefined"), true);
     assert_eq!(browser.complaints(), Vec::<&Value>::new());
 }
 

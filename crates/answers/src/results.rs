@@ -163,6 +163,14 @@ impl<'r> Results<'r> {
         Ok(&self.comparison()?.answers)
     }
 
+    /// Compares the points, or does without a comparison if it cannot be made, and returns why:
+    /// what comes of it is missing from then on, and everything else can be had.
+    pub fn forgone_comparison(&self) -> Option<AnswerError> {
+        let error = self.comparison().err()?;
+        self.comparison.get_or_init(Comparison::default);
+        Some(error)
+    }
+
     /// Returns every column of every point.
     ///
     /// Columns that come from comparing points have values only if the name of such a column occurs

@@ -55,6 +55,15 @@ impl Selection {
         Ok(table.select(&self.columns)?)
     }
 
+    /// Checks the names of columns and the form of the condition, before anything is read.
+    ///
+    /// # Errors
+    /// There is no such column, or the condition has no meaning.
+    pub fn check(&self, study: &Study) -> Result<(), AnswerError> {
+        let empty = DataTable::new(heads(&self.all_columns(study)), Vec::new())?;
+        self.chosen(empty).map(|_| ()).map_err(|error| suggested(error, study))
+    }
+
     /// Returns whether the rows of a study can be made a few at a time: none depends on another,
     /// and they stay in their order.
     pub fn is_separable(&self, study: &Study) -> bool {

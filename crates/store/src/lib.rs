@@ -56,6 +56,7 @@ mod exports;
 mod frame;
 mod lock;
 mod manifest;
+mod mark;
 mod merge;
 mod parts;
 mod reader;

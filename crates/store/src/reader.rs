@@ -17,6 +17,7 @@ use crate::error::{Answer, OpenError, ReadError};
 use crate::exports::{ExportSet, ExportSummary, ShardState, exports_at};
 use crate::lock::{self, Holder};
 use crate::manifest::{self, Manifest, Unreadable};
+use crate::mark::FileMark;
 use crate::parts;
 use crate::replica::Replica;
 use crate::rules::MergeRules;
@@ -165,6 +166,8 @@ pub struct StoreReader {
     directory: PathBuf,
     /// The number of exports in the directory of a store, which are not read.
     exports_beside: usize,
+    /// The marks of the exports when they were opened.
+    export_marks: Vec<FileMark>,
     blobs: Blobs,
     source: Mutex<Arc<Backing>>,
 }
@@ -186,16 +189,23 @@ pub(crate) fn is_there(directory: &Path) -> Result<bool, OpenError> {
     Ok(false)
 }
 
+/// Returns the marks of the exports at a path.
+fn export_marks(path: &Path) -> Vec<FileMark> {
+    exports_at(path).ok().flatten().map_or_else(Vec::new, |paths| FileMark::of(&paths))
+}
+
 impl StoreReader {
     pub(crate) fn open(
         directory: &Path,
         rules: Option<&MergeRules>,
     ) -> Result<StoreReader, OpenError> {
         if !is_there(directory)? {
+            let export_marks = export_marks(directory);
             if let Some(exports) = ExportSet::open(directory, rules)? {
                 return Ok(StoreReader {
                     directory: directory.to_owned(),
                     exports_beside: 0,
+                    export_marks,
                     blobs: Blobs::in_exports(exports.clone()),
                     source: Mutex::new(Arc::new(Backing::Exports(exports))),
                 });
@@ -205,6 +215,7 @@ impl StoreReader {
         Ok(StoreReader {
             directory: directory.to_owned(),
             exports_beside: exports_at(directory)?.map_or(0, |paths| paths.len()),
+            export_marks: Vec::new(),
             blobs: Blobs::of(directory),
             source: Mutex::new(Arc::new(Backing::of(directory)?)),
         })
@@ -232,6 +243,20 @@ impl StoreReader {
             if Arc::ptr_eq(&current, &source) {
                 let anew = Backing::of(&self.directory);
                 *current = Arc::new(anew.map_err(|error| ReadError::Gone(Box::new(error)))?);
+            }
+        }
+    }
+
+    /// Returns true if no record can have come since the reader was opened that it does not show. A
+    /// process that has the store open answers with what there is; files are compared by their
+    /// marks, which takes 0.2 ms. Studies and files of fields are always read anew.
+    pub fn is_current(&self) -> bool {
+        match &*self.source() {
+            Backing::Process(_) => true,
+            Backing::Disk { replica, .. } => replica.is_current(&self.directory),
+            Backing::Exports(_) => {
+                is_there(&self.directory).is_ok_and(|is_store| !is_store)
+                    && export_marks(&self.directory) == self.export_marks
             }
         }
     }

@@ -37,6 +37,8 @@ pub(crate) struct Replica {
     // The database is closed before its files are removed.
     pub(crate) records: SealedRecords,
     _scratch: Option<ScratchDirectory>,
+    /// The marks that the store had while it was copied, if nothing changed meanwhile.
+    traces: Option<Traces>,
 }
 
 /// The reason why there is no copy.
@@ -61,7 +63,9 @@ impl Replica {
             let copied = Self::copy(directory, &manifest, &before);
             let is_whole = before.tell_changes && Traces::of(directory)? == before;
             let last = match copied {
-                Ok(replica) if is_whole => return Ok(replica),
+                Ok(replica) if is_whole => {
+                    return Ok(Replica { traces: Some(before), ..replica });
+                }
                 Ok(replica) => {
                     // A record of another version is sound; one that was damaged before stays so,
                     // and is not waited for for ever.
@@ -97,12 +101,19 @@ impl Replica {
         }
     }
 
+    /// Returns true if nothing has changed in the store in `directory` since it was copied.
+    pub(crate) fn is_current(&self, directory: &Path) -> bool {
+        let is_same =
+            |then: &Traces| Traces::of(directory).is_ok_and(|now| now.files == then.files);
+        self.traces.as_ref().is_some_and(is_same)
+    }
+
     /// Returns the records of a store that has none.
     fn empty(directory: &Path) -> Result<Self, OpenError> {
         let scratch = ScratchDirectory::new(0).map_err(|error| no_room(directory, error))?;
         let records = SealedRecords::open(scratch.path())
             .map_err(|fault| not_opened(scratch.path(), fault))?;
-        Ok(Replica { records, _scratch: Some(scratch) })
+        Ok(Replica { records, _scratch: Some(scratch), traces: None })
     }
 
     fn copy(directory: &Path, manifest: &Manifest, traces: &Traces) -> Result<Self, CopyError> {
@@ -126,7 +137,7 @@ impl Replica {
         // even a kill leaves nothing behind.
         let large = fs::read_dir(scratch.path().join(LARGE)).map(Iterator::count);
         let scratch = if large.is_ok_and(|count| count == 0) { None } else { Some(scratch) };
-        Ok(Replica { records, _scratch: scratch })
+        Ok(Replica { records, _scratch: scratch, traces: None })
     }
 }
 

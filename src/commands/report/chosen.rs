@@ -96,6 +96,24 @@ pub(super) fn fields(
     Ok(chosen)
 }
 
+/// Says for each row whether its job has left fields.
+pub(super) fn with_fields(results: &Results<'_>, rows: &JobRows<'_>) -> Vec<bool> {
+    let fields: HashMap<String, bool> = results
+        .points()
+        .iter()
+        .map(|point| (point.key.to_string(), results.record(point).is_some_and(leaves_fields)))
+        .collect();
+    rows.keys().into_iter().map(|key| fields.get(key).copied().unwrap_or(false)).collect()
+}
+
+/// Returns true if a record has fields: its own, or those of a solution that a search has found.
+fn leaves_fields(record: &Record) -> bool {
+    match record.multiplicity() {
+        Some(found) => !found.solutions.is_empty(),
+        None => record.fields.is_some(),
+    }
+}
+
 /// Reads the fields of a record; of a search, those of the first solution.
 fn read_fields(reader: &StoreReader, record: &Record) -> Result<Fields> {
     match record.multiplicity() {
@@ -150,11 +168,7 @@ fn telling<'a>(
 ) -> Vec<String> {
     let keys = rows.keys();
     let has_fields = |row: &usize| {
-        record(keys[*row]).is_some_and(|record| {
-            let has_solution =
-                record.multiplicity().is_some_and(|found| !found.solutions.is_empty());
-            record.is_certified() && (record.fields.is_some() || has_solution)
-        })
+        record(keys[*row]).is_some_and(|record| record.is_certified() && leaves_fields(record))
     };
     let mut seen = BTreeSet::new();
     let candidates: Vec<usize> =

@@ -1,6 +1,7 @@
 //! The sentences and tables of a report.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 
 use answers::effects::missing_surface;
 use answers::{AnswerTable, Progress, Results};
@@ -21,11 +22,13 @@ use crate::words::{count, duration};
 /// The most rows of a table that is not the table of jobs.
 const MOST_ROWS: usize = 200;
 
-/// Returns the section that comes first: how far the study is, and what it says.
+/// Returns the section that comes first: how far the study is, what it says, and what is to be
+/// doubted of it.
 pub(super) fn before(
     results: &Results<'_>,
     rows: &JobRows<'_>,
     filter: Option<&str>,
+    doubts: &[String],
 ) -> Result<Vec<PageSection>> {
     let Progress { points, done, failed, left } = results.progress();
     let mut blocks = Vec::new();
@@ -38,16 +41,18 @@ pub(super) fn before(
         said += &format!(", {left} have no result yet");
     }
     blocks.push(PageBlock::Words(said + "."));
+    blocks.extend(doubts.iter().cloned().map(PageBlock::Warning));
+    let mut answers = answers(results)?;
     if let Some(filter) = filter {
+        let whole = if answers.is_empty() { "" } else { " answers," };
         blocks.push(PageBlock::Words(format!(
-            "Figures, jobs, failures, certificates, cost and provenance are of the {} for which \
-             {filter} holds; the answers, warnings and effects are of the whole study.",
+            "The number of points that are solved, the{whole} warnings and effects are of the whole \
+             study; everything else is of the {} for which {filter} holds.",
             count(rows.len(), "point", "points")
         )));
     }
-    let answers = answers(results)?;
     if answers.is_empty() {
-        blocks.extend(ranges(results, rows)?.into_iter().map(PageBlock::Words));
+        answers.extend(ranges(results, rows)?.into_iter().map(PageBlock::Words));
     }
     blocks.extend(answers);
     for warning in results.warnings() {
@@ -129,8 +134,12 @@ fn shortened(table: &DataTable) -> Result<Vec<PageBlock>, TableError> {
     Ok(vec![PageBlock::Table(first), PageBlock::Words(more)])
 }
 
-/// Returns the sections that come after the jobs.
-pub(super) fn after(results: &Results<'_>, rows: &JobRows<'_>) -> Result<Vec<PageSection>> {
+/// Returns the sections that come after the jobs. The words of a command write the page.
+pub(super) fn after(
+    results: &Results<'_>,
+    rows: &JobRows<'_>,
+    command: &[OsString],
+) -> Result<Vec<PageSection>> {
     Ok(vec![
         failures(rows)?,
         effects(results)?,
@@ -141,7 +150,7 @@ pub(super) fn after(results: &Results<'_>, rows: &JobRows<'_>) -> Result<Vec<Pag
         },
         cost(rows)?,
         provenance(results, rows)?,
-        reproduction(results)?,
+        reproduction(results, command)?,
     ])
 }
 
@@ -399,7 +408,7 @@ fn provenance(results: &Results<'_>, rows: &JobRows<'_>) -> Result<PageSection> 
 }
 
 /// Says how the results can be computed again.
-fn reproduction(results: &Results<'_>) -> Result<PageSection> {
+fn reproduction(results: &Results<'_>, command: &[OsString]) -> Result<PageSection> {
     let study = results.study();
     let name = study.name();
     let file = format!("{name}.toml");
@@ -415,7 +424,7 @@ fn reproduction(results: &Results<'_>) -> Result<PageSection> {
         )),
         PageBlock::Command(run),
         PageBlock::Command(wording::command(["plot", name])),
-        PageBlock::Command(wording::command(["report", name])),
+        PageBlock::Command(wording::command(command)),
     ];
     let mut files: Vec<String> = Vec::new();
     // Most jobs name no file, and to lay out each of many takes its time.

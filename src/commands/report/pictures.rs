@@ -17,19 +17,17 @@ const POINT: usize = 60;
 /// The resolution of the others, in dots per inch.
 const RESOLUTION: f64 = 144.0;
 
-/// Returns the section with the figures of a study, of the rows for which a filter holds. A figure
-/// that cannot be drawn hinders no other.
+/// Returns the section with the figures of a study, of the rows for which a filter holds. The
+/// `listed` first rows are in the page's table. A figure that cannot be drawn hinders no other.
 pub(super) fn section(
     results: &Results<'_>,
     rows: &JobRows<'_>,
+    listed: usize,
     filter: Option<&str>,
     left_out: &mut Vec<String>,
 ) -> Result<PageSection> {
     let mut blocks = Vec::new();
-    let mut places = HashMap::new();
-    for (row, key) in rows.keys().into_iter().enumerate() {
-        places.entry(key).or_insert(row);
-    }
+    let places = places(&rows.keys(), listed);
     let figures = results.figures()?;
     if figures.is_empty() {
         let why = match results.study().suggestions() {
@@ -92,4 +90,25 @@ pub(super) fn section(
         );
     }
     Ok(PageSection { id: "figures", title: "Figures", blocks })
+}
+
+/// Returns the row of each job in the page's table, which has the `listed` first rows. Of several
+/// rows the first counts.
+fn places<'k>(keys: &[&'k str], listed: usize) -> HashMap<&'k str, usize> {
+    let mut places = HashMap::new();
+    for (row, key) in keys.iter().take(listed).enumerate() {
+        places.entry(*key).or_insert(row);
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_job_that_is_cut_from_the_table_has_no_place_in_it() {
+        let places = places(&["a", "b", "a", "c"], 3);
+        assert_eq!(["a", "b", "c"].map(|key| places.get(key).copied()), [Some(0), Some(1), None]);
+    }
 }

@@ -13,7 +13,7 @@ use crate::table::{DataTable, TerminalLayout};
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+const SCRIPT: &str = concat!(include_str!("filter.js"), include_str!("page.js"));
 
 /// The layout of numbers in tables.
 const LAYOUT: TerminalLayout =
@@ -24,7 +24,7 @@ impl Page {
     /// file is read as HTML or as a script.
     pub fn html(&self) -> String {
         let mut figures = Vec::new();
-        let mut jobs = json!({ "columns": [], "keys": [], "rows": [] });
+        let mut jobs = json!({ "columns": [], "keys": [], "rows": [], "fieldless": [] });
         let mut fields = Vec::new();
         let mut sections = String::new();
         for section in &self.sections {
@@ -70,7 +70,7 @@ impl Page {
             ("question", markup(&self.question)),
             ("contents", contents),
             ("sections", sections),
-            ("footer", markup(&self.footer)),
+            ("footer", prose(&self.footer)),
             ("data", data),
             ("script", SCRIPT.to_owned()),
         ];
@@ -123,6 +123,13 @@ fn prose(text: &str) -> String {
     parts.iter().enumerate().map(part).collect()
 }
 
+/// Returns a text that keeps its lines and its tabs for a place between tags. What ends its lines
+/// is the same in a browser.
+fn source(text: &str) -> String {
+    let text = text.replace("\r\n", "\n");
+    text.split('\t').map(markup).collect::<Vec<_>>().join("\t")
+}
+
 /// Returns JSON for a place within a script: nothing in it ends the script or begins a comment.
 fn script_json(value: &Value) -> String {
     let text = value.to_string();
@@ -148,7 +155,7 @@ fn words(block: &PageBlock) -> String {
         PageBlock::Warning(text) => format!("<p class=\"warning\">{}</p>\n", prose(text)),
         PageBlock::Command(text) => format!("<pre class=\"command\">{}</pre>\n", markup(text)),
         // The first end of line within the element is no part of it.
-        PageBlock::Source(text) => format!("<pre>\n{}</pre>\n", markup(text)),
+        PageBlock::Source(text) => format!("<pre>\n{}</pre>\n", source(text)),
         PageBlock::Table(table) => table_html(table),
         PageBlock::Figure(PageFigure::Sketch { .. }) => String::new(),
         PageBlock::Figure(PageFigure::Picture { png, title }) => format!(

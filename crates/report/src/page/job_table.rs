@@ -11,6 +11,8 @@ pub struct JobTable {
     table: DataTable,
     columns: Vec<JobColumn>,
     keys: Vec<String>,
+    /// The rows whose jobs have no fields.
+    fieldless: Vec<usize>,
 }
 
 /// The meaning of a column of a table of jobs.
@@ -63,7 +65,15 @@ impl JobTable {
             table: table.select(&names)?.keep(&keep),
             columns,
             keys: keys.into_iter().take(rows).collect(),
+            fieldless: Vec::new(),
         })
+    }
+
+    /// Returns the table with what is known of the job of each row, by its number: whether it has
+    /// fields.
+    pub fn with_fields(mut self, has_fields: impl Fn(usize) -> bool) -> Self {
+        self.fieldless = (0..self.rows()).filter(|row| !has_fields(*row)).collect();
+        self
     }
 
     /// Returns the names of its columns.
@@ -108,7 +118,7 @@ impl JobTable {
             .map(|row| slots.iter().map(|slot| value(&row[*slot])).collect())
             .collect();
         let keys: Vec<_> = self.keys.iter().map(|key| visible(key)).collect();
-        json!({ "columns": columns, "keys": keys, "rows": rows })
+        json!({ "columns": columns, "keys": keys, "rows": rows, "fieldless": self.fieldless })
     }
 }
 

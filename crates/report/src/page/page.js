@@ -1,4 +1,3 @@
-"use strict";
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
   const NS = "http://www.w3.org/2000/svg";
@@ -18,7 +17,7 @@
 
   // Writes a number with six significant digits.
   function short(x) {
-    if (typeof x !== "number") return x === null || x === undefined ? "–" : String(x);
+    if (typeof x !== "number" || !Number.isFinite(x)) return exact(x);
     if (Number.isInteger(x) && Math.abs(x) < 1e6) return String(x).replace("-", "−");
     const size = Math.abs(x);
     const text = size >= 1e6 || (size > 0 && size < 1e-4)
@@ -26,7 +25,7 @@
       : String(Number(x.toPrecision(6)));
     return text.replace(/^-/, "−");
   }
-  const exact = x => (x === null || x === undefined ? "–" : String(x));
+  const exact = x => (x === null || x === undefined ? "–" : String(x).replace("Infinity", "inf"));
   const withUnit = (text, unit) => (unit && unit !== "1" ? `${text} ${unit}` : text);
   // Chooses a prefix for values up to a magnitude.
   function prefixed(unit, magnitude) {
@@ -37,6 +36,13 @@
   }
 
   const jobs = data.jobs;
+  const cellOf = (row, column) => ("same" in column ? column.same : jobs.rows[row][column.slot]) ?? null;
+  jobs.columns.forEach(column => {
+    const kinds = new Set(jobs.keys.map((_, row) => cellOf(row, column)).filter(x => x !== null)
+      // JSON has no infinite numbers.
+      .map(x => (column.number && typeof x === "string" ? "number" : typeof x)));
+    column.kind = kinds.size > 1 ? "mixed" : kinds.has("number") ? "number" : kinds.has("string") ? "text" : null;
+  });
   const listeners = [];
   let chosen = null;
   // Chooses the job of a row everywhere on the page.
@@ -44,10 +50,14 @@
     chosen = row;
     listeners.forEach(listener => listener(row));
   }
-  const value = (row, column) => ("same" in column ? column.same : jobs.rows[row][column.slot]);
+  function value(row, column) {
+    const cell = cellOf(row, column);
+    return column.number && typeof cell === "string" ? (cell === "inf" ? Infinity : -Infinity) : cell;
+  }
   const keyOf = row => jobs.keys[row];
   function quantity(x, unit) {
-    if (typeof x !== "number") return short(x);
+    if (typeof x !== "number") return exact(x);
+    if (!Number.isFinite(x)) return withUnit(short(x), unit);
     const [name, per] = prefixed(unit, Math.abs(x));
     return withUnit(short(Number((x / per).toPrecision(6))), name);
   }
@@ -108,9 +118,12 @@
       return best;
     }
     svg.addEventListener("pointermove", event => show(nearest(event)));
-    svg.addEventListener("pointerleave", () => show(null));
+    svg.addEventListener("pointerdown", event => show(nearest(event)));
+    // A finger leaves when it is lifted, and what it has pointed at stays to be read.
+    svg.addEventListener("pointerleave", event => { if (event.pointerType !== "touch") show(null); });
     svg.addEventListener("click", event => {
       const spot = nearest(event);
+      show(spot);
       if (spot && spot.row !== null && !event.target.closest("[data-legend]")) choose(spot.row);
     });
     svg.addEventListener("blur", () => show(null));
@@ -167,10 +180,13 @@
 
   // ---- the table ------------------------------------------------------------------------------
   const STEP = 25;
+  // The most rows on paper, where a page has some fifty.
+  const PRINTED = 1000;
   function table() {
     const box = document.getElementById("jobs-table");
     if (!box) return;
-    const state = { sort: null, down: false, tests: [], most: STEP, full: false };
+    const everything = jobs.keys.map((_, row) => row);
+    const state = { sort: null, down: false, kept: everything, most: STEP, full: false };
     const body = make("tbody"), head = make("tr");
     const count = make("span", { class: "faint", role: "status", id: "jobs-count" });
     const problem = make("p", { class: "warning", hidden: "", role: "alert" });
@@ -182,38 +198,23 @@
     });
     const full = make("input", { type: "checkbox", onchange: () => { state.full = full.checked; draw(); } });
 
+    const holds = (row, word) => keyOf(row).startsWith(word) || jobs.columns.some(column =>
+      column.shown && exact(value(row, column)).toLowerCase().includes(word));
     function read(text) {
-      const tests = [];
+      state.kept = everything;
       let wrong = "";
-      for (const part of text.split("&&").map(part => part.trim()).filter(part => part)) {
-        const found = part.match(/^([A-Za-z_][\w.]*)\s*(==|!=|<=|>=|<|>)\s*(.+)$/);
-        if (!found) {
-          const wanted = part.toLowerCase();
-          tests.push(row => jobs.columns.some(column => column.shown
-            && exact(value(row, column)).toLowerCase().includes(wanted))
-            || keyOf(row).startsWith(wanted));
-          continue;
-        }
-        const column = jobs.columns.find(column => column.name === found[1]);
-        if (!column) { wrong = `There is no column ${found[1]} in this table.`; continue; }
-        const bare = found[3].replace(/^["'](.*)["']$/, "$1");
-        const right = bare === "null" ? null : bare !== "" && !isNaN(bare) ? Number(bare) : bare;
-        const holds = {
-          "==": (a, b) => a === b, "!=": (a, b) => a !== b,
-          "<": (a, b) => a < b, ">": (a, b) => a > b, "<=": (a, b) => a <= b, ">=": (a, b) => a >= b,
-        }[found[2]];
-        tests.push(row => {
-          const left = value(row, column) ?? null;
-          if (left === null || right === null) return /^[!=]=$/.test(found[2]) && holds(left, right);
-          return typeof left === typeof right && holds(left, right);
-        });
+      try {
+        const test = jobFilter(text, jobs.columns, value, holds);
+        state.kept = everything.filter(test);
+      } catch (error) {
+        if (!(error instanceof SyntaxError)) throw error;
+        wrong = `${error.message} All rows are shown.`;
       }
       problem.textContent = wrong;
       problem.hidden = !wrong;
-      state.tests = tests;
     }
     function rows() {
-      const kept = jobs.rows.map((_, row) => row).filter(row => state.tests.every(test => test(row)));
+      const kept = [...state.kept];
       const column = state.sort;
       if (!column) return kept;
       const order = (a, b) => {
@@ -281,6 +282,16 @@
       make("div", { class: "scroll" }, make("table", { id: "jobs" }, make("thead", {}, head), body)),
       more);
     draw();
+    // All rows are printed, as far as that is sensible; the count says how many are not.
+    let most = null;
+    function print(begins) {
+      if (begins === (most !== null)) return;
+      if (begins) [most, state.most] = [state.most, Math.max(state.most, PRINTED)];
+      else [state.most, most] = [most, null];
+      draw();
+    }
+    addEventListener("beforeprint", () => print(true));
+    addEventListener("afterprint", () => print(false));
     listeners.push(row => all("tr[data-row]", body).forEach(line =>
       line.classList.toggle("chosen", Number(line.dataset.row) === row)));
   }
@@ -359,9 +370,17 @@
 
     function drawMaps(job) {
       if (!job) {
-        maps.replaceChildren(...(chosen === null ? [] : [
-          make("p", { class: "faint" }, "The fields of this job are not in this page. This adds them:"),
-          make("pre", { class: "command" }, `${data.report} --fields ${keyOf(chosen).slice(0, 12)}`)]));
+        const say = words => make("p", { class: "faint" }, words);
+        const status = jobs.columns.find(column => column.name === "status");
+        if (chosen === null) maps.replaceChildren();
+        else if (jobs.fieldless.includes(chosen)) {
+          const hasResult = status && value(chosen, status) !== null;
+          maps.replaceChildren(say(hasResult ? "This job has left no fields." : "This job has no result yet."));
+        } else {
+          const keys = [...data.fields.map(other => other.key), keyOf(chosen)].map(key => key.slice(0, 12));
+          maps.replaceChildren(say("The fields of this job are not in this page. This adds them:"),
+            make("pre", { class: "command" }, `${data.report} --fields ${keys.join(",")}`));
+        }
         return;
       }
       select.value = data.fields.indexOf(job);
@@ -479,19 +498,25 @@
           inside(1 - (event.clientY - frame.top) / frame.height)];
       };
       let dragged = false;
-      plate.addEventListener("pointermove", event => {
+      function tell(event) {
         const at = shares(event);
-        if (dragged) { state.share = at[1 - state.along]; moved(); }
         const [i, j] = [Math.floor(at[0] * job.nx), Math.floor(at[1] * job.ny)];
         const centre = [0, 1].map(k => length(job.origin[k] + ([i, j][k] + 0.5) * job.element[k]));
         readout.textContent = `x = ${centre[0]}, y = ${centre[1]}: ${map.name} ${words(field[j * job.nx + i])}`;
+      }
+      plate.addEventListener("pointermove", event => {
+        if (dragged) { state.share = shares(event)[1 - state.along]; moved(); }
+        tell(event);
       });
-      plate.addEventListener("pointerleave", () => { readout.textContent = map.names ? "" : rest; });
+      plate.addEventListener("pointerleave", event => {
+        if (event.pointerType !== "touch") readout.textContent = map.names ? "" : rest;
+      });
       plate.addEventListener("pointerdown", event => {
         dragged = true;
         plate.setPointerCapture(event.pointerId);
         state.share = shares(event)[1 - state.along];
         moved();
+        tell(event);
       });
       const drop = () => { dragged = false; };
       plate.addEventListener("pointerup", drop);
@@ -532,7 +557,7 @@
 
   table();
   oneJob();
-  if (jobs.rows.length) {
+  if (jobs.keys.length) {
     const first = data.fields.length ? jobs.keys.indexOf(data.fields[0].key) : 0;
     choose(Math.max(0, first));
   }

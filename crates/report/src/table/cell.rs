@@ -1,6 +1,9 @@
 //! One value of a table, and the order of values.
 
+use std::borrow::Cow;
 use std::cmp::Ordering;
+
+use crate::number::exact;
 
 /// One value of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +26,17 @@ impl Cell {
             Cell::Number(x) if !x.is_nan() => Some(*x),
             Cell::Integer(i) => Some(*i as f64),
             _ => None,
+        }
+    }
+
+    /// Returns the text of the cell, as CSV and Parquet have it in a column of texts: a number has
+    /// the fewest digits that read back as the same number. Where it is missing there is none.
+    pub fn exact(&self) -> Option<Cow<'_, str>> {
+        match self {
+            Cell::Number(x) => Some(exact(*x).into()),
+            Cell::Integer(i) => Some(i.to_string().into()),
+            Cell::Text(text) => Some(text.into()),
+            Cell::Missing => None,
         }
     }
 

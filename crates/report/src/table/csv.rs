@@ -3,7 +3,6 @@
 use super::cell::Cell;
 use super::rows::DataTable;
 use crate::delimited::write;
-use crate::number::exact;
 
 impl DataTable {
     /// Writes the table as CSV: a header with the column names as they are, then one record per
@@ -25,10 +24,8 @@ impl DataTable {
         write(self.rows().iter().map(|row| {
             row.iter()
                 .map(|cell| match cell {
-                    Cell::Number(x) => exact(*x),
-                    Cell::Integer(i) => i.to_string(),
                     Cell::Text(text) => inert(text),
-                    Cell::Missing => String::new(),
+                    other => other.exact().unwrap_or_default().into_owned(),
                 })
                 .collect::<Vec<String>>()
         }))

@@ -15,7 +15,6 @@ use thiserror::Error;
 
 use super::cell::Cell;
 use super::rows::{DataTable, TableColumn};
-use crate::number::exact;
 
 /// A column of a Parquet file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -164,14 +163,7 @@ impl<W: Write + Send> ParquetFile<W> {
                 }
                 CellType::Text => {
                     let values: Vec<ByteArray> = cells
-                        .filter_map(|cell| match cell {
-                            Cell::Text(text) => Some(ByteArray::from(text.as_str())),
-                            Cell::Number(value) => Some(ByteArray::from(exact(*value).as_str())),
-                            Cell::Integer(value) => {
-                                Some(ByteArray::from(value.to_string().as_str()))
-                            }
-                            Cell::Missing => None,
-                        })
+                        .filter_map(|cell| Some(ByteArray::from(cell.exact()?.as_ref())))
                         .collect();
                     writer.typed::<ByteArrayType>().write_batch(&values, levels, None)?;
                 }

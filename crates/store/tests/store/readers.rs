@@ -89,6 +89,26 @@ fn this_process_cannot_open_it_twice_but_can_read_it() {
     check(&reader, 10_000);
 }
 
+#[test]
+fn a_reader_knows_whether_the_store_has_changed_since() {
+    let directory = tempfile::tempdir().unwrap();
+    Store::open(directory.path()).unwrap().commit(&records(0..3)).unwrap();
+    let reader = Store::read(directory.path()).unwrap();
+    assert!(reader.is_current());
+    let store = Store::open(directory.path()).unwrap();
+    store.commit(&records(3..5)).unwrap();
+    assert!(!reader.is_current(), "it is being written");
+    let served = Store::read(directory.path()).unwrap();
+    assert!(served.is_current());
+    drop(store);
+    assert!(!reader.is_current(), "it was written");
+    assert_eq!(served.keys().unwrap().len(), 5);
+    assert_eq!(reader.keys().unwrap().len(), 3);
+    let reader = Store::read(directory.path()).unwrap();
+    assert!(reader.is_current());
+    assert_eq!(reader.keys().unwrap().len(), 5);
+}
+
 /// Whatever it was asked when the process ended, the answer is the same.
 #[test]
 fn a_holder_that_goes_away_in_mid_answer_is_no_error() {
