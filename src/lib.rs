@@ -5,6 +5,7 @@
 //! commands stands [`library`], by which other languages use the same ways in process.
 #![forbid(unsafe_code)]
 
+mod account;
 mod answer_text;
 mod bounded_file;
 mod cli;
@@ -19,6 +20,7 @@ mod job_list;
 mod ledger;
 pub mod library;
 mod local_store;
+mod machine;
 mod merge_rules;
 mod merged;
 mod one_result;

@@ -2,11 +2,13 @@
 //!
 //! The page names no store and no directory, so the same results give the same bytes wherever they
 //! are kept. `rows` reads the jobs as a table, `pictures` draws the figures, `chosen` picks the
-//! jobs whose fields the page has, and `facts` says everything else.
+//! jobs whose fields the page has, `provenance` says what computed them, and `facts` says
+//! everything else.
 
 mod chosen;
 mod facts;
 mod pictures;
+mod provenance;
 mod rows;
 
 use std::io::Write;

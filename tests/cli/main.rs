@@ -11,6 +11,7 @@ mod merges;
 mod paths;
 mod place;
 mod proposed;
+mod provenance;
 mod refused;
 mod report;
 mod said;
@@ -513,10 +514,12 @@ fn the_number_of_workers_and_threads_changes_no_byte() {
             ])
             .out;
         let store = place.path(workers);
-        let blobs = place
-            .files()
-            .into_iter()
-            .filter_map(|(path, bytes)| Some((path.strip_prefix(&store).ok()?.to_owned(), bytes)));
+        let accounts = place.accounts_in(workers);
+        assert_eq!(accounts.len(), 1);
+        let blobs =
+            place.files().into_iter().filter(|(path, _)| !accounts.contains(path)).filter_map(
+                |(path, bytes)| Some((path.strip_prefix(&store).ok()?.to_owned(), bytes)),
+            );
         let blobs: Vec<_> = blobs
             .filter(|(path, _)| path.extension().is_some_and(|ending| ending == "zst"))
             .collect();

@@ -6,7 +6,8 @@
 //!
 //! From the bottom to the top:
 //!
-//! - [`records`](Records), places, [`rows`] and comparisons are what everything else is made of.
+//! - [`records`](Records), [`Accounts`], places, [`rows`] and comparisons are what everything else
+//!   is made of.
 //! - [`choice`] finds the points that a study wants next, by the results that it has.
 //! - `convergence` compares the rungs of a ladder with their limit, `cost` holds their errors
 //!   against their times.
@@ -18,6 +19,7 @@
 //! - [`Results`] puts these together, and a [`Selection`] of it is a table.
 #![forbid(unsafe_code)]
 
+mod accounts;
 pub mod choice;
 mod comparison;
 mod convergence;
@@ -42,6 +44,7 @@ mod undrawn;
 mod variation;
 mod warnings;
 
+pub use accounts::{Accounts, ComputingRun};
 pub use comparison::AnswerTable;
 pub use error::AnswerError;
 pub use kind::{

@@ -496,6 +496,19 @@ impl ExportWriter {
         self.put_record(key, record)
     }
 
+    /// Adds a blob of `source` that goes along with records, and returns whether the file has it
+    /// now: one that is missing or damaged there is left out.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn accompany(&mut self, digest: &Digest, source: &Blobs) -> Result<bool, ExportError> {
+        match self.put_blob(digest, source) {
+            Ok(_) => Ok(true),
+            Err(ExportError::Blob(_)) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
     /// Adds a record without the blobs that it refers to.
     pub(crate) fn put_record(&mut self, key: &JobKey, record: &[u8]) -> Result<(), ExportError> {
         if record.len() > STORED_LIMIT {

@@ -21,7 +21,7 @@ use crate::export::{ExportError, ExportWriter};
 use crate::exports::{ExportHeader, ExportSet, FileIdentity, ShardName, ShardState};
 use crate::parts;
 use crate::reader::StoreReader;
-use crate::rules::{Candidate, Examination, MergeRules, RecordChoice, RecordRank};
+use crate::rules::{Candidate, Examination, LostCompanion, MergeRules, RecordChoice, RecordRank};
 use crate::store::Store;
 
 /// The size of the records that are committed together \[bytes\]. They are sorted first, so that a
@@ -77,6 +77,8 @@ pub struct MergeReport {
     pub faults: Vec<String>,
     /// The records that are in the target without a blob that they refer to, in words.
     pub incomplete: Vec<String>,
+    /// The blobs that go along with records of the target and that no source has.
+    pub lost_companions: Vec<LostCompanion>,
     /// The shards whose results are in the target, with their last notes.
     pub shards: Vec<ShardState>,
     /// The shards of which nothing is remembered any more, because their study is in another number
@@ -326,7 +328,44 @@ struct Merge<'m> {
     lost_blobs: BTreeSet<(Digest, JobKey)>,
     /// The jobs of which something was lost in some source, with their blobs that were.
     losses: BTreeMap<JobKey, BTreeSet<Digest>>,
+    companions: Companions,
+    /// The blobs that go along with records of the target, with the number of these.
+    target_companions: BTreeMap<Digest, usize>,
     shards: ShardUse,
+}
+
+/// The blobs that go along with records, each of which is looked for once: `None` for one that the
+/// target has, else the number of records without it and the reason.
+#[derive(Default)]
+struct Companions(BTreeMap<Digest, Option<LostCompanion>>);
+
+impl Companions {
+    /// Brings a blob along with so many more records, and returns true if the target did not have
+    /// it.
+    fn bring(
+        &mut self,
+        digest: &Digest,
+        records: usize,
+        first: Option<&MergeSource>,
+        sources: &[MergeSource],
+        target: &mut MergeTarget,
+    ) -> Result<bool, MergeError> {
+        if let Some(known) = self.0.get_mut(digest) {
+            known.iter_mut().for_each(|lost| lost.records += records);
+            return Ok(false);
+        }
+        let brought = adopted(digest, first, sources, target)?;
+        let is_new = brought.as_ref().is_ok_and(|is_new| *is_new);
+        let lost = brought.err().map(|error| {
+            let reason = match error {
+                ReadError::Blob { reason, .. } => reason,
+                other => other.to_string(),
+            };
+            LostCompanion { digest: *digest, records, reason }
+        });
+        self.0.insert(*digest, lost);
+        Ok(is_new)
+    }
 }
 
 /// The use of what the sources say of shards.
@@ -381,6 +420,8 @@ impl<'m> Merge<'m> {
             lost,
             lost_blobs: BTreeSet::new(),
             losses: BTreeMap::new(),
+            companions: Companions::default(),
+            target_companions: BTreeMap::new(),
             shards: ShardUse::Remember,
         }
     }
@@ -409,6 +450,8 @@ impl<'m> Merge<'m> {
                 self.losses.entry(job.key).or_default();
             }
         }
+        let companions = std::mem::take(&mut self.companions).0;
+        self.report.lost_companions = companions.into_values().flatten().collect();
         self.doubt_shards(target)?;
         // The studies are named last: a merge that was cut short shows none that is not whole.
         self.put_studies(studies, target)?;
@@ -620,7 +663,10 @@ impl<'m> Merge<'m> {
                     && let Ok(found) = (self.rules.examine)(&job.key, &record)
                 {
                     // Its file may have been lost meanwhile, and is taken from any source.
-                    let blobs = found.references.into_iter();
+                    for digest in found.references.companions {
+                        *self.target_companions.entry(digest).or_default() += 1;
+                    }
+                    let blobs = found.references.needed.into_iter();
                     let lost = blobs.filter(|digest| !store.blobs().contains(digest));
                     self.lost_blobs.extend(lost.map(|digest| (digest, job.key)));
                     job.before = Some(found.rank);
@@ -658,6 +704,7 @@ impl<'m> Merge<'m> {
     /// Writes the records that the target must get, with the blobs that they refer to.
     fn copy(&mut self, shared: &[SharedJob], target: &mut MergeTarget) -> Result<(), MergeError> {
         let Merge { sources, rules, selection, report, lost, lost_blobs, losses, .. } = self;
+        let (companions, target_companions) = (&mut self.companions, &self.target_companions);
         // An export gathers its frames itself.
         let is_store = matches!(target, MergeTarget::Store(_));
         for (digest, key) in &*lost_blobs {
@@ -668,6 +715,10 @@ impl<'m> Merge<'m> {
                     losses.entry(*key).or_default().insert(*digest);
                 }
             }
+        }
+        for (digest, records) in target_companions {
+            let is_new = companions.bring(digest, *records, None, sources, target)?;
+            report.blobs += usize::from(is_new);
         }
         let job = |key: &JobKey| {
             shared.binary_search_by_key(key, |job| job.key).ok().map(|place| &shared[place])
@@ -696,7 +747,11 @@ impl<'m> Merge<'m> {
                         return Ok(());
                     }
                 };
-                for digest in &found.references {
+                for digest in &found.references.companions {
+                    let is_new = companions.bring(digest, 1, Some(source), sources, target)?;
+                    report.blobs += usize::from(is_new && !source.is_target);
+                }
+                for digest in &found.references.needed {
                     match adopted(digest, Some(source), sources, target)? {
                         Ok(is_new) => report.blobs += usize::from(is_new && !source.is_target),
                         Err(error) => {
