@@ -85,6 +85,11 @@ pub(crate) enum Command {
         after_help = "Examples:\n  tribosweep report stick-zone\n  tribosweep report stick-zone --where 'mu > 0.3' --output rough.html\n  tribosweep report stick-zone --fields 3fa9c1,77b02e     with the fields of these jobs\n  tribosweep report stick-zone --fields 0     without fields\n\nThe page opens offline, asks nobody for anything and can be mailed. The same results give the same bytes."
     )]
     Report(ReportArgs),
+    /// Print the references of the method and of every effect that a study uses, with their DOIs
+    #[command(
+        after_help = "Examples:\n  tribosweep cite stick-zone\n  tribosweep cite sweeps/stick-zone.toml --format bibtex > references.bib"
+    )]
+    Cite(CiteArgs),
     /// Solve one scene, here and now, in this process; nothing is stored
     #[command(
         after_help = "Examples:\n  tribosweep solve sweeps/sphere.toml\n  tribosweep solve sweeps/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state"
@@ -469,6 +474,29 @@ impl FieldChoice {
             None => Ok(Self::Keys(keys)),
         }
     }
+}
+
+/// The formats of a list of references.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum CitationFormat {
+    /// For reading: what is used, by how many jobs, and the works
+    Text,
+    /// BibTeX, each work once
+    Bibtex,
+}
+
+#[derive(Args)]
+pub(crate) struct CiteArgs {
+    /// Name of the study in the store, or a study file
+    pub(crate) name: String,
+    /// How to print it
+    #[arg(long, value_enum, default_value = "text")]
+    pub(crate) format: CitationFormat,
+    /// Print JSON
+    #[arg(long, conflicts_with = "format")]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
 }
 
 #[derive(Args)]

@@ -8,6 +8,7 @@
 mod account;
 mod answer_text;
 mod bounded_file;
+mod citation_text;
 mod cli;
 mod commands;
 mod effect_text;

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod adaptive;
+mod cite;
 mod effects;
 mod failed;
 mod height_maps;
@@ -30,7 +31,7 @@ use crate::place::{Place, SMALL, redacted};
 #[test]
 fn help_says_what_can_be_asked() {
     let place = Place::empty();
-    let commands = "run submit plan effects cost resume status answer query show plot report solve store completions";
+    let commands = "run submit plan effects cost resume status answer query show plot report cite solve store completions";
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
     lines.extend(

@@ -1,6 +1,6 @@
 //! The one list of the works that the method and the effects are taken from.
 //!
-//! [`sources`] says for every [`Subject`] which works treat it, or what was derived here. The
+//! [`sources`] says for every [`CitedSubject`] which works treat it, or what was derived here. The
 //! comments of the code cite the same works where they use them.
 
 use serde::Serialize;
@@ -42,7 +42,7 @@ pub enum WorkForm {
 
 /// A part of the program that has sources.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Subject {
+pub enum CitedSubject {
     /// The equation that is solved and its discretisation.
     Equation,
     /// Newton's method and its linear solver.
@@ -65,18 +65,18 @@ pub enum Subject {
     Uniqueness,
 }
 
-impl Subject {
-    /// Every subject.
-    pub fn all() -> Vec<Subject> {
-        let effects = Effect::ALL.map(Subject::Effect);
-        let before = [Subject::Equation, Subject::Newton, Subject::Seidel];
+impl CitedSubject {
+    /// Returns every subject.
+    pub fn all() -> Vec<CitedSubject> {
+        let effects = Effect::ALL.map(CitedSubject::Effect);
+        let before = [CitedSubject::Equation, CitedSubject::Newton, CitedSubject::Seidel];
         let after = [
-            Subject::MirrorPlanes,
-            Subject::HeightMap,
-            Subject::Profiles,
-            Subject::Ladder,
-            Subject::Multiplicity,
-            Subject::Uniqueness,
+            CitedSubject::MirrorPlanes,
+            CitedSubject::HeightMap,
+            CitedSubject::Profiles,
+            CitedSubject::Ladder,
+            CitedSubject::Multiplicity,
+            CitedSubject::Uniqueness,
         ];
         [&before[..], &effects, &after].concat()
     }
@@ -84,16 +84,16 @@ impl Subject {
     /// Returns what it is called in a list of references.
     pub fn title(self) -> &'static str {
         match self {
-            Subject::Equation => "equation",
-            Subject::Newton => "newton",
-            Subject::Seidel => "seidel",
-            Subject::Effect(effect) => effect.name(),
-            Subject::MirrorPlanes => "mirror planes",
-            Subject::HeightMap => "height map",
-            Subject::Profiles => "profiles",
-            Subject::Ladder => "ladder of meshes",
-            Subject::Multiplicity => "multiplicity",
-            Subject::Uniqueness => "uniqueness",
+            CitedSubject::Equation => "equation",
+            CitedSubject::Newton => "newton",
+            CitedSubject::Seidel => "seidel",
+            CitedSubject::Effect(effect) => effect.name(),
+            CitedSubject::MirrorPlanes => "mirror planes",
+            CitedSubject::HeightMap => "height map",
+            CitedSubject::Profiles => "profiles",
+            CitedSubject::Ladder => "ladder of meshes",
+            CitedSubject::Multiplicity => "multiplicity",
+            CitedSubject::Uniqueness => "uniqueness",
         }
     }
 }
@@ -108,44 +108,44 @@ pub struct Sources {
 }
 
 /// Returns the sources of a subject: works, or what was derived here, or both.
-pub fn sources(subject: Subject) -> Sources {
+pub fn sources(subject: CitedSubject) -> Sources {
     let works = |works: &'static [&'static CitedWork]| Sources { works, derived: "" };
     let derived = |derived: &'static str| Sources { works: &[], derived };
     match subject {
-        Subject::Equation => works(&[&ALEXANDROV, &JOHNSON]),
-        Subject::Newton => Sources {
+        CitedSubject::Equation => works(&[&ALEXANDROV, &JOHNSON]),
+        CitedSubject::Newton => Sources {
             works: &[&CHRISTENSEN, &SAAD, &DANIEL, &CHAN],
             derived: "the reduction to the unknowns of contact and the preconditioner",
         },
-        Subject::Seidel => Sources {
+        CitedSubject::Seidel => Sources {
             works: &[&ALEXANDROV],
             derived: "one step length for both tangential rows, where elements are not square",
         },
-        Subject::Effect(Effect::Friction) => works(&[&ALEXANDROV]),
-        Subject::Effect(Effect::Coupling) => works(&[&JOHNSON]),
-        Subject::Effect(Effect::TractionX | Effect::TractionY) => {
+        CitedSubject::Effect(Effect::Friction) => works(&[&ALEXANDROV]),
+        CitedSubject::Effect(Effect::Coupling) => works(&[&JOHNSON]),
+        CitedSubject::Effect(Effect::TractionX | Effect::TractionY) => {
             derived("the conditions under which one direction of traction stays empty")
         }
-        Subject::Effect(Effect::AsymmetryX | Effect::AsymmetryY) => {
+        CitedSubject::Effect(Effect::AsymmetryX | Effect::AsymmetryY) => {
             derived("the conditions under which the two sides of the domain are mirror images")
         }
-        Subject::Effect(Effect::Layers) => Sources {
+        CitedSubject::Effect(Effect::Layers) => Sources {
             works: &[&TALMAN],
             derived: "the surface compliance of bonded layers by decaying exponentials only",
         },
-        Subject::Effect(Effect::Regularisation | Effect::Ceiling) => works(&[&ALEXANDROV]),
-        Subject::Effect(Effect::History) => {
+        CitedSubject::Effect(Effect::Regularisation | Effect::Ceiling) => works(&[&ALEXANDROV]),
+        CitedSubject::Effect(Effect::History) => {
             derived("the equation of an increment, with slip counted from the increment before")
         }
-        Subject::Effect(Effect::LoadControl) => {
+        CitedSubject::Effect(Effect::LoadControl) => {
             derived("the motions that forces govern as unknowns beside the tractions")
         }
-        Subject::MirrorPlanes => works(&[&MAKHOUL]),
-        Subject::HeightMap => works(&[&AKIMA_ROW, &AKIMA_SURFACE]),
-        Subject::Profiles => works(&[&REINSCH]),
-        Subject::Ladder => works(&[&ROACHE, &ECA]),
-        Subject::Multiplicity => works(&[&FARRELL, &STEELE]),
-        Subject::Uniqueness => Sources {
+        CitedSubject::MirrorPlanes => works(&[&MAKHOUL]),
+        CitedSubject::HeightMap => works(&[&AKIMA_ROW, &AKIMA_SURFACE]),
+        CitedSubject::Profiles => works(&[&REINSCH]),
+        CitedSubject::Ladder => works(&[&ROACHE, &ECA]),
+        CitedSubject::Multiplicity => works(&[&FARRELL, &STEELE]),
+        CitedSubject::Uniqueness => Sources {
             works: &[&ALEXANDROV, &KNYAZEV, &NOCEDAL, &LEWIS],
             derived: "both sides of the bracket: the certificate below and the witness above",
         },
@@ -393,19 +393,19 @@ mod tests {
 
     #[test]
     fn every_subject_has_a_source_or_was_derived_here() {
-        for subject in Subject::all() {
+        for subject in CitedSubject::all() {
             let Sources { works, derived } = sources(subject);
             assert!(!works.is_empty() || !derived.is_empty(), "{subject:?}");
         }
         for effect in Effect::ALL {
-            assert!(Subject::all().contains(&Subject::Effect(effect)), "{effect:?}");
+            assert!(CitedSubject::all().contains(&CitedSubject::Effect(effect)), "{effect:?}");
         }
     }
 
     #[test]
     fn works_are_cited_in_full_and_named_once() {
         let mut known: BTreeMap<&str, &CitedWork> = BTreeMap::new();
-        for work in Subject::all().into_iter().flat_map(|subject| sources(subject).works) {
+        for work in CitedSubject::all().into_iter().flat_map(|subject| sources(subject).works) {
             assert_eq!(**known.entry(work.key).or_insert(work), **work, "{}", work.key);
         }
         for work in known.values() {
@@ -443,7 +443,7 @@ mod tests {
         let mut code = String::new();
         let source = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
         texts(&source, &mut code);
-        for work in Subject::all().into_iter().flat_map(|subject| sources(subject).works) {
+        for work in CitedSubject::all().into_iter().flat_map(|subject| sources(subject).works) {
             assert!(work.doi.is_none_or(|doi| code.contains(doi)), "{work:?}");
         }
     }
