@@ -15,6 +15,7 @@ mod proposed;
 mod provenance;
 mod refused;
 mod report;
+mod research_object;
 mod said;
 mod shards;
 mod store;
