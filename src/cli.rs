@@ -82,9 +82,14 @@ pub(crate) enum Command {
     Plot(PlotArgs),
     /// Write one page of HTML about a study: answer, figures, table, fields, failures, provenance
     #[command(
-        after_help = "Examples:\n  tribosweep report stick-zone\n  tribosweep report stick-zone --where 'mu > 0.3' --output rough.html\n  tribosweep report stick-zone --fields 3fa9c1,77b02e     with the fields of these jobs\n  tribosweep report stick-zone --fields 0     without fields\n\nThe page opens offline, asks nobody for anything and can be mailed. The same results give the same bytes."
+        after_help = "Examples:\n  tribosweep report stick-zone\n  tribosweep report stick-zone --where 'mu > 0.3' --output rough.html\n  tribosweep report stick-zone --fields 3fa9c1,77b02e     with the fields of these jobs\n  tribosweep report stick-zone --fields 0     without fields\n  tribosweep report stick-zone --crate stick-zone-crate     an RO-Crate for an archive\n\nThe page opens offline, asks nobody for anything and can be mailed. The same results give the same bytes."
     )]
     Report(ReportArgs),
+    /// Print the references of the method and of every effect that a study uses, with their DOIs
+    #[command(
+        after_help = "Examples:\n  tribosweep cite stick-zone\n  tribosweep cite sweeps/stick-zone.toml --format bibtex > references.bib"
+    )]
+    Cite(CiteArgs),
     /// Solve one scene, here and now, in this process; nothing is stored
     #[command(
         after_help = "Examples:\n  tribosweep solve sweeps/sphere.toml\n  tribosweep solve sweeps/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state"
@@ -434,6 +439,16 @@ pub(crate) struct ReportArgs {
     /// File to write [default: NAME.html in the current directory]
     #[arg(long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Write an RO-Crate into this new directory instead: the page with the study's files, its
+    /// results, its figures, its references and what computed it
+    #[arg(long = "crate", value_name = "DIR", conflicts_with_all = ["filter", "output"])]
+    pub(crate) research_object: Option<PathBuf>,
+    /// Licence of the RO-Crate, as the address of its text
+    #[arg(long, value_name = "URL", requires = "research_object")]
+    pub(crate) license: Option<String>,
+    /// Author of the RO-Crate, as a name or as "NAME, https://orcid.org/…"; once for each author
+    #[arg(long = "author", value_name = "NAME", requires = "research_object")]
+    pub(crate) authors: Vec<String>,
     /// Print JSON: the file, its size, the jobs whose fields it has, what it leaves out
     #[arg(long)]
     pub(crate) json: bool,
@@ -469,6 +484,29 @@ impl FieldChoice {
             None => Ok(Self::Keys(keys)),
         }
     }
+}
+
+/// The formats of a list of references.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum CitationFormat {
+    /// For reading: what is used, by how many jobs, and the works
+    Text,
+    /// BibTeX, each work once
+    Bibtex,
+}
+
+#[derive(Args)]
+pub(crate) struct CiteArgs {
+    /// Name of the study in the store, or a study file
+    pub(crate) name: String,
+    /// How to print it
+    #[arg(long, value_enum, default_value = "text")]
+    pub(crate) format: CitationFormat,
+    /// Print JSON
+    #[arg(long, conflicts_with = "format")]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
 }
 
 #[derive(Args)]

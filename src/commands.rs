@@ -3,6 +3,7 @@
 //! They may use every other file of the program; no command uses another.
 
 mod answer;
+mod cite;
 mod completions;
 mod cost;
 mod effects;
@@ -37,6 +38,7 @@ pub(crate) fn run(command: Command) -> Result<Finish> {
         Command::Status(args) => status::status(&args),
         Command::Answer(args) => answer::answer(&args),
         Command::Query(args) => query::query(&args),
+        Command::Cite(args) => cite::cite(&args),
         Command::Report(args) => report::report(&args),
         Command::Show(args) => show::show(&args),
         Command::Plot(args) => plot::plot(&args),

@@ -10,8 +10,10 @@ use identity::JobKey;
 use indicatif::BinaryBytes;
 use runner::{EarlyEnd, Interrupt, Options, RunError, Want};
 use store::Store;
-use study::Study;
+use study::account::HashedFile;
+use study::{RunAccount, Study};
 
+use crate::account::this_run;
 use crate::cli::ExecutionArgs;
 use crate::exporting::{ExportPlace, Exporter};
 use crate::job_list::{JobList, JobsLeft};
@@ -38,13 +40,21 @@ pub(crate) struct ShardRun {
     pub(crate) command: String,
 }
 
+/// A study that is to be run.
+pub(crate) struct StudyToRun {
+    pub(crate) study: Study,
+    /// The file that it was read from; `None` if it came from a store.
+    pub(crate) file: Option<HashedFile>,
+}
+
 /// Runs the jobs of a study that a store has no results of, and says what came of them.
 pub(crate) fn execute(
-    study: Study,
+    StudyToRun { study, file }: StudyToRun,
     directory: &Path,
     args: &ExecutionArgs,
     part: Option<ShardRun>,
 ) -> Result<Finish> {
+    let account = this_run(&study, file);
     let store = open_for(&study, directory)?;
     // A run that computes nothing still clears away what a killed one has left.
     runner::sweep_leftovers();
@@ -73,6 +83,7 @@ pub(crate) fn execute(
         interrupt: &interrupt,
         exporter: exporter.as_ref(),
         continuation: &continuation,
+        account: &account,
     };
     let mut requested = HashSet::new();
     let outcome = compute(&run, &mut requested);
@@ -107,6 +118,8 @@ struct StudyRun<'a> {
     exporter: Option<&'a Exporter>,
     /// The command that goes on with it.
     continuation: &'a str,
+    /// The account that its results name.
+    account: &'a RunAccount,
 }
 
 /// Checks a study and opens its store; a study that is refused leaves no store behind.
@@ -126,7 +139,8 @@ fn open_for(study: &Study, directory: &Path) -> Result<Store> {
 /// Computes the jobs that are left; a study that chooses points by its results takes several
 /// rounds. The keys of all its jobs are added to those that are `requested`.
 fn compute(run: &StudyRun<'_>, requested: &mut HashSet<JobKey>) -> Result<RunTally> {
-    let StudyRun { study, store, directory, args, interrupt, exporter, continuation } = *run;
+    let StudyRun { study, store, directory, args, interrupt, exporter, continuation, account } =
+        *run;
     let mut tally = RunTally::default();
     let mut calibration = Calibration::default();
     let mut computed = HashSet::new();
@@ -169,7 +183,7 @@ fn compute(run: &StudyRun<'_>, requested: &mut HashSet<JobKey>) -> Result<RunTal
         }
         let outcome = runner::run(
             tasks,
-            &mut StoreLedger::new(store.store, texts, exporter),
+            &mut StoreLedger::new(store.store, texts, exporter, account),
             &options,
             interrupt,
             &mut |event| progress.show(event),

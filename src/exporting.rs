@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow, bail};
 use identity::JobKey;
 use runner::Interrupt;
-use store::{Blobs, ExportError, ExportHeader, ExportWriter, ShardName, Store};
+use store::{Blobs, ExportError, ExportHeader, ExportWriter, References, ShardName, Store};
 use study::{Record, Study};
 
 use crate::merge_rules::{RULES, ShardNote, references};
@@ -295,11 +295,14 @@ impl ExportState {
     /// Adds a result, unless the file has it already.
     fn add(&mut self, key: &JobKey, bytes: &[u8]) -> Result<(), ExportError> {
         let record = Record::decode(bytes).ok();
-        let blobs = record.as_ref().map(references).unwrap_or_default();
+        let References { needed, companions } = record.as_ref().map(references).unwrap_or_default();
         let is_there = self.writer.holds(key, bytes)
-            && blobs.iter().all(|digest| self.writer.has_blob(digest));
+            && needed.iter().all(|digest| self.writer.has_blob(digest));
+        for digest in &companions {
+            self.writer.accompany(digest, &self.blobs)?;
+        }
         if !is_there {
-            self.writer.append(key, bytes, &self.blobs, blobs)?;
+            self.writer.append(key, bytes, &self.blobs, needed)?;
         }
         self.results.insert(*key, record.is_some_and(|record| record.is_certified()));
         Ok(())

@@ -9,9 +9,10 @@ use identity::{JobKey, STORED_LIMIT};
 use runner::{Done, Verdict};
 use store::Store;
 use study::job::PHYSICS_VERSION;
-use study::{Ending, Provenance, Record};
+use study::{Ending, Provenance, Record, RunAccount};
 
 use crate::exporting::Exporter;
+use crate::output;
 use crate::wire::{JobReply, decode_reply};
 
 /// Keeps results in a store: fields first, as blobs, then the records that refer to them.
@@ -21,6 +22,11 @@ pub(crate) struct StoreLedger<'a> {
     jobs: HashMap<JobKey, String>,
     /// The export of the run, if there is one.
     exporter: Option<&'a Exporter>,
+    /// The account of the run.
+    account: &'a RunAccount,
+    /// The digest of the account as it is kept; `None` as long as nothing was computed, and
+    /// `Some(None)` if it cannot be kept.
+    run: Option<Option<[u8; 32]>>,
 }
 
 impl<'a> StoreLedger<'a> {
@@ -29,8 +35,21 @@ impl<'a> StoreLedger<'a> {
         store: &'a Store,
         jobs: HashMap<JobKey, String>,
         exporter: Option<&'a Exporter>,
+        account: &'a RunAccount,
     ) -> Self {
-        Self { store, jobs, exporter }
+        Self { store, jobs, exporter, account, run: None }
+    }
+
+    /// Keeps the account of the run before the first record that names it. Results count more: if
+    /// it cannot be kept, they do not name it.
+    fn run(&mut self) -> Option<[u8; 32]> {
+        *self.run.get_or_insert_with(|| match self.store.blobs().put(&self.account.to_bytes()) {
+            Ok(digest) => Some(digest.0),
+            Err(error) => {
+                output::say(&format!("warning: results will not say what computed them: {error}"));
+                None
+            }
+        })
     }
 
     fn record(&mut self, done: Done) -> Result<(JobKey, Vec<u8>), Box<dyn Error + Send + Sync>> {
@@ -57,6 +76,7 @@ impl<'a> StoreLedger<'a> {
             provenance: Provenance {
                 worker: done.worker.unwrap_or(0),
                 attempt: done.attempts,
+                run: self.run(),
                 finished: SystemTime::now()
                     .duration_since(UNIX_EPOCH)
                     .map_or(0, |since| since.as_secs()),
@@ -178,7 +198,9 @@ mod tests {
                 attempts: 1,
             }
         });
-        StoreLedger::new(&store, texts, None).commit(done.collect()).unwrap();
+        StoreLedger::new(&store, texts, None, &RunAccount::default())
+            .commit(done.collect())
+            .unwrap();
         let ends = keys
             .iter()
             .map(|key| Record::decode(&store.get(key).unwrap().unwrap()).unwrap().ending);

@@ -5,8 +5,10 @@
 //! commands stands [`library`], by which other languages use the same ways in process.
 #![forbid(unsafe_code)]
 
+mod account;
 mod answer_text;
 mod bounded_file;
+mod citation_text;
 mod cli;
 mod commands;
 mod effect_text;
@@ -19,6 +21,7 @@ mod job_list;
 mod ledger;
 pub mod library;
 mod local_store;
+mod machine;
 mod merge_rules;
 mod merged;
 mod one_result;

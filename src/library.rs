@@ -16,6 +16,7 @@ use report::{DataTable, TableError, TypedColumn};
 use store::{OpenError, ReadError, StoreReader};
 use study::{Column, DefinitionError, Study};
 
+use crate::account::study_file;
 use crate::one_result::{self, UsedFiles};
 use crate::solving::{SolvedScene, solve_scene};
 use crate::stored::{
@@ -66,16 +67,20 @@ pub struct SolvedResult {
 /// Solves the only scene of a study.
 ///
 /// # Errors
-/// The study has several points, it takes more memory than there is, or its scene has no meaning.
-pub fn solve(study: &Study) -> Result<SolvedResult> {
+/// The study is none or has several points, it takes more memory than there is, or its scene has no
+/// meaning.
+pub fn solve(text: &StudyText) -> Result<SolvedResult> {
+    let study = &text.study()?;
+    let is_file = text.text.is_none();
+    let file = is_file.then(|| study_file(Path::new(&text.path), study.text()));
     if study.len() != 1 {
         bail!("the study `{}` has {} points; run it, or fix its axes", study.name(), study.len());
     }
-    let solution = solve_scene(study, &mut Operators::default())?;
-    let SolvedScene { record, fields, .. } = &solution;
+    let solution = solve_scene(study, file, &mut Operators::default())?;
+    let SolvedScene { record, fields, account, .. } = &solution;
     let job = record.parse_job()?;
     let files = UsedFiles::of(study, &job);
-    let json = one_result::json(record, fields.as_ref(), &files)?;
+    let json = one_result::json(record, fields.as_ref(), &files, Some(account))?;
     let of_search = match record.multiplicity() {
         Some(found) if !found.solutions.is_empty() => Some(fields::solution_fields(found, None)?),
         _ => None,
@@ -235,7 +240,9 @@ impl ReadStore {
     pub fn show(&self, key: &str) -> Result<serde_json::Value> {
         let reader = self.reader()?;
         let record = stored::record(&reader, &find_key(&reader, key)?)?;
-        one_result::json(&record, None, &UsedFiles::default())
+        let run = record.provenance.run.as_ref();
+        let account = run.and_then(|run| stored::account(reader.blobs(), run));
+        one_result::json(&record, None, &UsedFiles::default(), account.as_ref())
     }
 }
 

@@ -3,7 +3,7 @@
 
 use identity::KeptFields;
 use serde::{Deserialize, Serialize};
-use store::{Blobs, Digest, Examination, MergeRules, RecordRank};
+use store::{Blobs, Digest, Examination, MergeRules, RecordRank, References};
 use study::encoding::DecodeError;
 use study::{Record, Standing, Study};
 
@@ -20,7 +20,7 @@ pub(crate) const RULES: MergeRules = MergeRules {
         Ok(_) => Err("it is the record of another job".to_owned()),
         // The record is sound for the version of the program that wrote it.
         Err(DecodeError::Version { .. }) => {
-            Ok(Examination { rank: RecordRank::Foreign, references: Vec::new() })
+            Ok(Examination { rank: RecordRank::Foreign, references: References::default() })
         }
         Err(error) => Err(error.to_string()),
     },
@@ -47,12 +47,15 @@ pub(crate) const RULES: MergeRules = MergeRules {
     },
 };
 
-/// Returns the files that a record refers to.
-pub(crate) fn references(record: &Record) -> Vec<Digest> {
-    match record.fields {
+/// Returns the files that a record refers to: it needs its fields, and the account of its run only
+/// goes along with it.
+pub(crate) fn references(record: &Record) -> References {
+    let needed = match record.fields {
         Some(KeptFields::Blob(digest)) => vec![Digest(digest)],
         Some(KeptFields::Inside(_)) | None => Vec::new(),
-    }
+    };
+    let companions = record.provenance.run.map(Digest).into_iter().collect();
+    References { needed, companions }
 }
 
 /// The largest number of jobs of a shard that is believed. The sum over all shards that may be is
@@ -155,7 +158,11 @@ mod tests {
         let examine = |key: &identity::JobKey, bytes: &[u8]| (RULES.examine)(key, bytes);
         let found = examine(&record.key(), &record.encode()).unwrap();
         assert_eq!(found.rank, RecordRank::Unfinished);
-        assert_eq!(found.references, [Digest([7; 32])]);
+        assert_eq!(found.references, vec![Digest([7; 32])].into());
+        let mut with_run = record.clone();
+        with_run.provenance.run = Some([8; 32]);
+        assert_eq!(references(&with_run).companions, [Digest([8; 32])]);
+        assert_eq!((RULES.fingerprint)(&with_run.encode()), (RULES.fingerprint)(&record.encode()));
         let other = identity::JobKey([1; 32]);
         let reason = examine(&other, &record.encode()).unwrap_err();
         assert_eq!(reason, "it is the record of another job");

@@ -6,7 +6,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use store::{MergeReport, ShardState, StoreReader};
+use store::{LostCompanion, MergeReport, ShardState, StoreReader};
 use study::Study;
 
 use crate::merge_rules::ShardNote;
@@ -195,6 +195,18 @@ fn versions(readers: &[StoreReader]) -> Vec<String> {
     others.into_iter().map(words).collect()
 }
 
+/// Says in words which accounts of runs are lost. The results are whole without them.
+pub(crate) fn lost_accounts(lost: &[LostCompanion]) -> Vec<String> {
+    let words = |LostCompanion { digest, records, reason }: &LostCompanion| {
+        format!(
+            "the account of a run, file {digest}, cannot be read ({reason}): {} what computed them; \
+             they are whole all the same",
+            count(*records, "result does not say", "results do not say")
+        )
+    };
+    lost.iter().map(words).collect()
+}
+
 /// Says in words of which shards nothing is remembered any more.
 fn forgotten(report: &MergeReport) -> Vec<String> {
     let mut divisions: BTreeMap<(&str, u32), usize> = BTreeMap::new();
@@ -275,6 +287,7 @@ fn print(
             "versions": versions,
             "forgotten": report.forgotten,
             "sharded": sharded,
+            "provenance_notes": lost_accounts(&report.lost_companions),
         }))?;
     } else {
         let mut text = format!(
@@ -309,6 +322,8 @@ fn print(
         incomplete
             .iter()
             .for_each(|fault| text += &format!("merged without its file of fields: {fault}\n"));
+        let notes = lost_accounts(&report.lost_companions);
+        notes.iter().for_each(|note| text += &format!("note: {note}\n"));
         sharded.iter().for_each(|study| text += &study.words());
         output::print(&text)?;
     }

@@ -2,15 +2,18 @@
 
 use answers::effects::{effects, missing_surface, reducible_case};
 use answers::patches::{self, Patch, inclination_words, patches, place_on_rail};
-use answers::{AnswerTable, forecast, increments_of, path_columns, rows, tables_of, warnings};
+use answers::{
+    Accounts, AnswerTable, forecast, increments_of, path_columns, rows, tables_of, warnings,
+};
 use anyhow::Result;
 use contact::model::Fields;
 use contact::punch::Surfaces;
 use report::DataTable;
-use study::columns::{Role, along_path};
+use study::columns::{Role, Row, along_path};
 use study::job::PHYSICS_VERSION;
-use study::{Case, Column, Job, Kind, Record, Study, StudyPoint, Value};
+use study::{Case, Column, Job, Kind, Record, RunAccount, Study, StudyPoint, Value};
 
+use crate::account::{account_lines, unknown_account};
 use crate::effect_text::effect_lines;
 use crate::output::layout;
 use crate::words::count;
@@ -18,7 +21,8 @@ use crate::words::count;
 /// Returns the increments of a result's loading path as a table.
 pub(crate) fn path(record: &Record) -> Result<DataTable> {
     let point = StudyPoint::of_record(record)?;
-    let table = rows::increments(&along_path(Kind::Solve.columns([], [])), [(&point, record)])?;
+    let columns = along_path(Kind::Solve.columns([], []));
+    let table = rows::increments(&columns, &Accounts::default(), [(&point, record)])?;
     let mut names = path_columns(&[point]);
     names.extend(["peak_pressure", "residual", "iterations"].map(str::to_owned));
     Ok(table.select(&names)?)
@@ -68,6 +72,7 @@ pub(crate) fn json(
     record: &Record,
     fields: Option<&Fields>,
     UsedFiles { surfaces, words }: &UsedFiles,
+    account: Option<&RunAccount>,
 ) -> Result<serde_json::Value> {
     let point = StudyPoint::of_record(record)?;
     let columns = point.job.kind().columns([], []);
@@ -84,9 +89,14 @@ pub(crate) fn json(
         });
         given.collect::<serde_json::Map<_, _>>()
     };
-    let result = values(|role| role != Role::Key, &|column| column.value(&point, Some(record)));
+    let row = Row { point: &point, record: Some(record), compared: None, account };
+    let result = values(|role| role != Role::Key, &|column| column.value_of(&row));
     let job: serde_json::Value = serde_json::from_str(&record.job)?;
     let mut said = serde_json::json!({ "job": job, "result": result });
+    said["provenance"] = match account {
+        Some(account) => serde_json::json!(account),
+        None => serde_json::json!({ "unknown": unknown_account(record) }),
+    };
     if !words.is_empty() {
         said["files"] = serde_json::json!(words);
     }
@@ -126,6 +136,7 @@ pub(crate) fn words(
     record: &Record,
     fields: Option<&Fields>,
     UsedFiles { surfaces, words }: &UsedFiles,
+    account: Option<&RunAccount>,
 ) -> Result<String> {
     let point = StudyPoint::of_record(record)?;
     let mut text = format!("{}\n\n", point.job.to_toml().trim_end());
@@ -136,8 +147,11 @@ pub(crate) fn words(
     let columns = point.job.kind().columns([], []);
     for section in SECTIONS {
         if record.is_certified() || !section.role.is_of_solutions() {
-            let value = |column: &Column| column.value(&point, Some(record));
-            text += &section.words("", &columns, value);
+            let row = Row { point: &point, record: Some(record), compared: None, account };
+            text += &section.words("", &columns, |column| column.value_of(&row));
+            if section.role == Role::Provenance {
+                text += &account_words(record, account);
+            }
             continue;
         }
         if let Some(before) = record.before_failure() {
@@ -193,6 +207,15 @@ fn effect_words(point: &StudyPoint, surfaces: &Surfaces) -> Result<String> {
     let listed = effects(case, surfaces)?;
     let lines = effect_lines(Some(listed.solver), &listed.lines, listed.cost);
     Ok(format!("effects\n{lines}"))
+}
+
+/// Says what the columns of the provenance do not.
+fn account_words(record: &Record, account: Option<&RunAccount>) -> String {
+    let line = |[name, value]: [String; 2]| format!("  {name:<20} {value}\n");
+    match account {
+        Some(account) => account_lines(account).into_iter().map(line).collect(),
+        None => line(["account".to_owned(), unknown_account(record)]),
+    }
 }
 
 /// The columns of a role under a title.

@@ -10,13 +10,18 @@ use contact::Operators;
 use contact::model::Fields;
 use contact::punch::Surfaces;
 use indicatif::BinaryBytes;
+use study::account::HashedFile;
 use study::job::PHYSICS_VERSION;
-use study::{Adaptive, Job, Provenance, Record, Study};
+use study::{Adaptive, Job, Provenance, Record, RunAccount, Study};
+
+use crate::account::this_run;
 
 /// The result of solving.
 pub(crate) struct SolvedScene {
     pub(crate) record: Record,
     pub(crate) fields: Option<Fields>,
+    /// The account of this process.
+    pub(crate) account: RunAccount,
     /// The state of the choice of a mesh, if the study leaves it to an accuracy.
     pub(crate) discovery: Option<Discovery>,
 }
@@ -52,15 +57,30 @@ impl SolvedScene {
     }
 }
 
-/// Solves the only scene of a study; one that refines its mesh, on the first.
-pub(crate) fn solve_scene(study: &Study, operators: &mut Operators) -> Result<SolvedScene> {
-    match study.adaptive() {
-        Some(Adaptive::Accuracy(_)) => solve_accurately(study, operators),
+/// Solves the only scene of a study, read from a file or from nowhere; one that refines its mesh,
+/// on the first.
+pub(crate) fn solve_scene(
+    study: &Study,
+    file: Option<HashedFile>,
+    operators: &mut Operators,
+) -> Result<SolvedScene> {
+    let account = this_run(study, file);
+    let SolvedJob { record, fields, discovery } = match study.adaptive() {
+        Some(Adaptive::Accuracy(_)) => solve_accurately(study, operators)?,
         Some(Adaptive::Refine { .. } | Adaptive::Bisect { .. }) | None => {
             let job = study.point(0).context("the study's only point cannot be made")?.job;
-            solve_job(&job, study.surfaces(), operators)
+            solve_job(&job, study.surfaces(), operators)?
         }
-    }
+    };
+    Ok(SolvedScene { record, fields, account, discovery })
+}
+
+/// The result of a job.
+struct SolvedJob {
+    record: Record,
+    fields: Option<Fields>,
+    /// The state of the choice of a mesh, if the study leaves it to an accuracy.
+    discovery: Option<Discovery>,
 }
 
 /// Refuses a job that needs more memory than there is, by prediction: the system would kill the
@@ -79,7 +99,7 @@ fn require_memory(job: &Job, surfaces: &Surfaces) -> Result<()> {
     }
 }
 
-fn solve_job(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<SolvedScene> {
+fn solve_job(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<SolvedJob> {
     require_memory(job, surfaces)?;
     let start = Instant::now();
     let Performed { ending, fields, times } = perform(job, surfaces, operators)?;
@@ -88,12 +108,12 @@ fn solve_job(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Resul
     let (physics, job) = (PHYSICS_VERSION, job.canonical());
     // Nothing is stored, so the record refers to no fields.
     let record = Record { physics, job, ending, fields: None, provenance };
-    Ok(SolvedScene { record, fields, discovery: None })
+    Ok(SolvedJob { record, fields, discovery: None })
 }
 
 /// Solves the only scene of a study on one mesh after the other until it is accurate enough, or no
 /// mesh is left.
-fn solve_accurately(study: &Study, operators: &mut Operators) -> Result<SolvedScene> {
+fn solve_accurately(study: &Study, operators: &mut Operators) -> Result<SolvedJob> {
     let (mut records, mut last) = (RecordMap::new(), None);
     loop {
         let choice = choose(study, &records)?;
@@ -112,6 +132,6 @@ fn solve_accurately(study: &Study, operators: &mut Operators) -> Result<SolvedSc
             _ => solve_job(&point.job, study.surfaces(), operators)?.fields,
         };
         let record = records.remove(&point.key).context("a result was lost")?;
-        return Ok(SolvedScene { record, fields, discovery });
+        return Ok(SolvedJob { record, fields, discovery });
     }
 }

@@ -10,10 +10,11 @@ use anyhow::{Context, Result, bail};
 use contact::model::Fields;
 use identity::JobKey;
 use rayon::prelude::*;
-use store::{Blobs, OpenError, ReadError, RecordOrigin, Store, StoreReader};
+use store::{Blobs, Digest, OpenError, ReadError, RecordOrigin, Store, StoreReader};
+use study::account::ACCOUNT_LIMIT;
 use study::encoding::DecodeError;
 use study::record_format::{decode_fields, job_text};
-use study::{MOST_POINTS, Record, Study};
+use study::{MOST_POINTS, Record, RunAccount, Study};
 
 use crate::merge_rules::RULES;
 use crate::{output, proposal};
@@ -175,6 +176,10 @@ impl Records for StoreSource<'_> {
     fn fields(&self, record: &Record) -> Result<Fields, RecordsError> {
         Ok(fields(self.blobs(), record)?)
     }
+
+    fn account(&self, run: &[u8; 32]) -> Option<RunAccount> {
+        account(self.blobs(), run)
+    }
 }
 
 /// Decodes the record of a job, and refuses that of another one.
@@ -205,6 +210,12 @@ pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
         )
     })?;
     Ok(decode_fields(&blob)?)
+}
+
+/// Reads the account of a run; `None` if it is lost, damaged or no account.
+pub(crate) fn account(blobs: &Blobs, run: &[u8; 32]) -> Option<RunAccount> {
+    let bytes = blobs.get_within(&Digest(*run), ACCOUNT_LIMIT).ok()??;
+    RunAccount::parse(&bytes)
 }
 
 /// Reads the study with a name from a store; if there is none, the error names those that are

@@ -1,32 +1,46 @@
 //! A table that is written row by row, to a file or to standard output, so that its length takes no
 //! memory.
 
+use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use answers::{AnswerError, Records, Selection};
+use answers::{Accounts, AnswerError, Records, Selection};
 use anyhow::{Context, Result};
 use report::{DataTable, ParquetFault, ParquetFile, TypedColumn, WiderCell};
 use study::Study;
 
+use crate::account::account_json;
+use crate::machine::this_program;
 use crate::written_file::{WrittenFile, failure};
 
 /// The source of the blocks of a table, all of which have the same columns.
 pub(crate) enum TableRows<'r> {
     /// A table that is there.
-    Whole(DataTable),
+    Whole {
+        table: DataTable,
+        /// The accounts of the runs that computed what is in it.
+        accounts: &'r Accounts,
+    },
     /// The rows that are chosen of a study, to be read as it is written.
     Selected { selection: &'r Selection, study: &'r Study, source: &'r dyn Records },
 }
 
 impl TableRows<'_> {
-    fn visit(&self, mut visitor: impl FnMut(&DataTable) -> Result<()>) -> Result<()> {
+    /// Visits the blocks, and returns the accounts of the runs that computed what is in them.
+    fn visit(
+        &self,
+        mut visitor: impl FnMut(&DataTable) -> Result<()>,
+    ) -> Result<Cow<'_, Accounts>> {
         match self {
-            TableRows::Whole(table) => visitor(table),
+            TableRows::Whole { table, accounts } => {
+                visitor(table)?;
+                Ok(Cow::Borrowed(accounts))
+            }
             TableRows::Selected { selection, study, source } => {
                 let visited = selection
                     .visit(study, *source, |block| visitor(block).map_err(VisitError::Visitor));
-                visited.map_err(|error| match error {
+                visited.map(Cow::Owned).map_err(|error| match error {
                     VisitError::Answer(error) => error.into(),
                     VisitError::Visitor(error) => error,
                 })
@@ -82,7 +96,11 @@ fn parquet(
 ) -> Result<u64> {
     let sink = BufWriter::new(file.sink());
     let mut parquet = ParquetFile::new(sink, columns.to_vec()).with_context(|| failure(path))?;
-    rows.visit(|block| parquet.write(block).with_context(|| failure(path)))?;
+    let accounts = rows.visit(|block| parquet.write(block).with_context(|| failure(path)))?;
+    let runs = accounts.listed().into_iter().map(|(run, account)| account_json(run, account));
+    let program = this_program();
+    let origin = serde_json::json!({ "written_by": program, "runs": runs.collect::<Vec<_>>() });
+    parquet.say("tribosweep.provenance", origin.to_string());
     parquet.close().with_context(|| failure(path))
 }
 

@@ -1,6 +1,6 @@
 //! Counts and times in words.
 
-use std::time::Duration;
+use std::time::{Duration, UNIX_EPOCH};
 
 /// Returns a count with its noun.
 pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
@@ -22,6 +22,13 @@ pub(crate) fn duration(seconds: f64) -> String {
         3600..172_800 => format!("{} h {} min", whole / 3600, whole / 60 % 60),
         _ => format!("{} days", whole / 86_400),
     }
+}
+
+/// Returns a time of the calendar, given in seconds since 1970-01-01 UTC.
+pub(crate) fn time_words(seconds: u64) -> String {
+    // The last second of the year 9999 is the last that can be written.
+    let time = UNIX_EPOCH.checked_add(Duration::from_secs(seconds.min(253_402_300_799)));
+    time.map_or(String::new(), |time| humantime::format_rfc3339_seconds(time).to_string())
 }
 
 #[cfg(test)]

@@ -51,7 +51,7 @@ pub(crate) fn solve<'py>(
     path: String,
     files: BTreeMap<String, Vec<u8>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let result = detached(py, || library::solve(&StudyText { text, path, files }.study()?))?;
+    let result = detached(py, || library::solve(&StudyText { text, path, files }))?;
     let solved = PyDict::new(py);
     solved.set_item("json", result.json.to_string())?;
     solved.set_item("columns", described(py, &result.columns)?)?;

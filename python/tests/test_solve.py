@@ -23,6 +23,10 @@ def test_a_scene_is_solved_as_the_command_solves_it(scene, tmp_path):
     for provenance in ("seconds", "finished"):
         told["result"].pop(provenance, None)
         result.json["result"].pop(provenance, None)
+    # The command line and the file differ; the program, the machine and the scene do not.
+    origins = [solved.pop("provenance") for solved in (told, result.json)]
+    assert origins[0]["program"] == origins[1]["program"]
+    assert origins[0]["machine"] == origins[1]["machine"]
     assert told == result.json
     assert tribosweep.solve(file).peak_pressure == result.peak_pressure
     output = tmp_path / "pressure.npy"
@@ -38,6 +42,8 @@ def test_a_scene_is_solved_as_the_command_solves_it(scene, tmp_path):
 def test_a_result_has_figures_and_fields_with_units(scene):
     result = tribosweep.solve(scene, {"mesh": 24})
     assert result.certified and result.status == "certified"
+    assert result.provenance["program"]["version"]
+    assert result.provenance["study"]["file"] is None
     assert result.certificate.residual < 1e-8
     assert 0 < result.estimates.estimate_load < 1
     assert result.observables["load"] == result.load

@@ -109,6 +109,11 @@ class Result:
         """The job in SI units, as it stands under its key."""
         return self.json["job"]
 
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """What computed it: program, machine, command line, and digests of the study's files."""
+        return self.json["provenance"]
+
     def arrays(self) -> dict[str, np.ndarray]:
         """Returns the fields and their coordinates by name."""
         if self._fields is None:

@@ -3,8 +3,9 @@
 use anyhow::Result;
 use study::edit::with_cost_ladder;
 
+use crate::account::study_file;
 use crate::cli::CostArgs;
-use crate::execution::execute;
+use crate::execution::{StudyToRun, execute};
 use crate::output::Finish;
 use crate::study_file::{edit_study, parse_study, read_text};
 
@@ -13,5 +14,6 @@ pub(crate) fn cost(args: &CostArgs) -> Result<Finish> {
     let path = &args.study;
     let text = read_text(path)?;
     let study = parse_study(&edit_study(with_cost_ladder, &text, path, &args.set)?, path)?;
-    execute(study, &args.store.store, &args.execution, None)
+    let file = Some(study_file(path, &text));
+    execute(StudyToRun { study, file }, &args.store.store, &args.execution, None)
 }

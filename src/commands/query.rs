@@ -1,6 +1,6 @@
 //! `query`: the results of a study as a table.
 
-use answers::{Results, Selection};
+use answers::{Accounts, Results, Selection};
 use anyhow::{Context, Result, bail};
 use report::{Cell, DataTable, TableColumn};
 use study::columns::along_path;
@@ -67,7 +67,10 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         return write(
             args,
             format,
-            TableRows::Whole(columns(results.study(), args.steps)?),
+            TableRows::Whole {
+                table: columns(results.study(), args.steps)?,
+                accounts: &Accounts::default(),
+            },
             &selection,
             results.study(),
         );
@@ -79,7 +82,8 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     if !is_file && args.filter.is_some() && table.rows().is_empty() {
         output::say("no row matches");
     }
-    write(args, format, TableRows::Whole(table), &selection, results.study())
+    let accounts = results.accounts();
+    write(args, format, TableRows::Whole { table, accounts }, &selection, results.study())
 }
 
 /// Writes a table in a format, to standard output or a file.
@@ -95,14 +99,16 @@ fn write(
         (TableFormat::Csv, rows) => {
             return written(args, write_csv(&rows, path)?);
         }
-        (TableFormat::Table, TableRows::Whole(table)) => {
+        (TableFormat::Table, TableRows::Whole { table, .. }) => {
             let text = table.terminal(&layout());
             if path.is_none() {
                 return output::print(&text);
             }
             text
         }
-        (TableFormat::Json, TableRows::Whole(table)) => escaped_json(&table.json()).into_owned(),
+        (TableFormat::Json, TableRows::Whole { table, .. }) => {
+            escaped_json(&table.json()).into_owned()
+        }
         (_, rows) => {
             let path = path.context("--format parquet needs --output")?;
             return written(args, write_parquet(&rows, selection.typed_columns(study)?, path)?);

@@ -2,11 +2,14 @@
 //!
 //! The page names no store and no directory, so the same results give the same bytes wherever they
 //! are kept. `rows` reads the jobs as a table, `pictures` draws the figures, `chosen` picks the
-//! jobs whose fields the page has, and `facts` says everything else.
+//! jobs whose fields the page has, `provenance` says what computed them, and `facts` says
+//! everything else. `research_object` puts the page into an RO-Crate.
 
 mod chosen;
 mod facts;
 mod pictures;
+mod provenance;
+mod research_object;
 mod rows;
 
 use std::ffi::OsString;
@@ -16,6 +19,7 @@ use answers::Results;
 use anyhow::{Result, bail};
 use report::{JobTable, Page, PageBlock, PageSection};
 use serde::Serialize;
+use store::StoreReader;
 
 use crate::cli::{FieldChoice, ReportArgs};
 use crate::output::{self, Finish};
@@ -43,8 +47,61 @@ struct WrittenPage {
     left_out: Vec<String>,
 }
 
-/// Writes the page of a study.
+/// The end of the command that writes an RO-Crate.
+#[derive(Serialize)]
+struct WrittenCrate<'a> {
+    directory: &'a Path,
+    /// The files in it.
+    files: Vec<String>,
+    /// The sentences about what it leaves out.
+    left_out: Vec<String>,
+}
+
+/// A page about a study.
+struct StudyPage {
+    html: String,
+    /// The rows of the table of jobs.
+    rows: usize,
+    /// The jobs whose fields the page has.
+    fields: Vec<String>,
+    /// The sentences about what the page leaves out.
+    left_out: Vec<String>,
+}
+
+/// Writes the page of a study, or its RO-Crate.
 pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
+    match &args.research_object {
+        Some(directory) => write_crate(args, directory),
+        None => write_page(args),
+    }
+}
+
+/// Writes the RO-Crate of a study.
+fn write_crate(args: &ReportArgs, directory: &Path) -> Result<Finish> {
+    research_object::check(directory)?;
+    let reader = read_store(&args.store.store)?;
+    let source = StoreSource::Reader(&reader);
+    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    let page = page(args, &reader, &results)?;
+    let statement =
+        research_object::Statement { authors: &args.authors, license: args.license.as_deref() };
+    let written = research_object::write(directory, &results, &page.html, &statement)?;
+    let mut left_out = page.left_out;
+    for sentence in written.left_out {
+        if !left_out.contains(&sentence) {
+            left_out.push(sentence);
+        }
+    }
+    let written = WrittenCrate { directory, files: written.files, left_out };
+    if args.json {
+        return output::print_json(&written);
+    }
+    written.left_out.iter().for_each(|sentence| output::say(sentence));
+    output::print(&format!("{}\n", directory.display()))
+}
+
+/// Writes the page of a study.
+fn write_page(args: &ReportArgs) -> Result<Finish> {
     let file = args.output.clone().unwrap_or_else(|| usual_file(args));
     match args.output {
         Some(_) => written_file::check_regular(&file)?,
@@ -53,6 +110,18 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
     let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    let StudyPage { html, rows, fields, left_out } = page(args, &reader, &results)?;
+    written_file::write(&file, html.as_bytes())?;
+    let written = WrittenPage { file, bytes: html.len(), rows, fields, left_out };
+    if args.json {
+        return output::print_json(&written);
+    }
+    written.left_out.iter().for_each(|sentence| output::say(sentence));
+    output::print(&format!("{}\n", written.file.display()))
+}
+
+/// Makes the page of a study.
+fn page(args: &ReportArgs, reader: &StoreReader, results: &Results<'_>) -> Result<StudyPage> {
     // One file of fields that is lost must not take the whole page with it.
     let doubt = results.forgone_comparison().map(|error| {
         format!(
@@ -62,7 +131,7 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
         )
     });
     let filter = args.filter.as_deref();
-    let rows = JobRows::read(&results, filter)?;
+    let rows = JobRows::read(results, filter)?;
     if rows.len() == 0 {
         bail!(
             "no job is left to report on; the condition `{}` holds for none",
@@ -71,8 +140,8 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
     }
 
     let mut left_out: Vec<String> = doubt.into_iter().collect();
-    let has_fields: Vec<bool> = chosen::with_fields(&results, &rows);
-    let table = JobTable::new(&rows.table, &rows.job_columns(&results)?, TABLE)?
+    let has_fields: Vec<bool> = chosen::with_fields(results, &rows);
+    let table = JobTable::new(&rows.table, &rows.job_columns(results)?, TABLE)?
         .with_fields(|row| has_fields[row]);
     let mut page = Page {
         name: results.study().name().to_owned(),
@@ -81,28 +150,20 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
         footer: "The page was written by `tribosweep report` from stored results. It holds \
                  everything that it shows and asks no other place for anything."
             .to_owned(),
-        sections: facts::before(&results, &rows, filter, &left_out)?,
+        sections: facts::before(results, &rows, filter, &left_out)?,
     };
-    page.sections.push(pictures::section(&results, &rows, table.rows(), filter, &mut left_out)?);
+    page.sections.push(pictures::section(results, &rows, table.rows(), filter, &mut left_out)?);
     page.sections.push(jobs_section(&rows, table.clone(), &mut left_out));
     let place = page.sections.len();
-    page.sections.extend(facts::after(&results, &rows, &words_with_fields(args))?);
+    page.sections.extend(facts::after(results, &rows, &words_with_fields(args))?);
 
     let room = FieldsRoom { bytes: PAGE.saturating_sub(page.html().len()), choice: &args.fields };
-    let fields = chosen::fields(&reader, &results, &rows, &room)?;
+    let fields = chosen::fields(reader, results, &rows, &room)?;
     left_out.extend(fields.left_out.clone());
     let keys = fields.keys.clone();
     page.sections.insert(place, fields.section(rows.len()));
 
-    let html = page.html();
-    written_file::write(&file, html.as_bytes())?;
-    let written =
-        WrittenPage { file, bytes: html.len(), rows: table.rows(), fields: keys, left_out };
-    if args.json {
-        return output::print_json(&written);
-    }
-    written.left_out.iter().for_each(|sentence| output::say(sentence));
-    output::print(&format!("{}\n", written.file.display()))
+    Ok(StudyPage { html: page.html(), rows: table.rows(), fields: keys, left_out })
 }
 
 /// Returns the name of the page unless another one is chosen.

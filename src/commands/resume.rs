@@ -4,7 +4,7 @@ use anyhow::Result;
 use store::Store;
 
 use crate::cli::ResumeArgs;
-use crate::execution::execute;
+use crate::execution::{StudyToRun, execute};
 use crate::output::Finish;
 use crate::stored::stored_study;
 
@@ -12,5 +12,5 @@ use crate::stored::stored_study;
 pub(crate) fn resume(args: &ResumeArgs) -> Result<Finish> {
     // A resume that finds no study must not leave an empty store behind.
     let study = stored_study(&Store::read(&args.store.store)?, &args.name)?;
-    execute(study, &args.store.store, &args.execution, None)
+    execute(StudyToRun { study, file: None }, &args.store.store, &args.execution, None)
 }

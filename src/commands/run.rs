@@ -8,8 +8,9 @@ use anyhow::{Context, Result, bail};
 use store::{Digest, ShardName, Store};
 use study::Study;
 
+use crate::account::study_file;
 use crate::cli::RunArgs;
-use crate::execution::{ShardRun, execute};
+use crate::execution::{ShardRun, StudyToRun, execute};
 use crate::exporting::ExportPlace;
 use crate::local_store::LocalStore;
 use crate::output::Finish;
@@ -19,13 +20,15 @@ use crate::study_file::{StudyShard, read_shard};
 /// Launches a study or continues it.
 pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
     let StudyShard { study, shard, partition } = read_shard(&args.study, args.shard)?;
+    let file = Some(study_file(&args.study, study.text()));
+    let to_run = |study: Study| StudyToRun { study, file };
     if args.shard.is_none() && args.export.is_none() {
-        return execute(study, &usual(args), &args.execution, None);
+        return execute(to_run(study), &usual(args), &args.execution, None);
     }
     let mut part =
         ShardRun { shard, results: usual(args), export: None, command: command(args, shard) };
     let Some(exports) = &args.export else {
-        return execute(study, &usual(args), &args.execution, Some(part));
+        return execute(to_run(study), &usual(args), &args.execution, Some(part));
     };
     let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let is_one = args.store.as_ref().is_some_and(|store| absolute(store) == absolute(exports));
@@ -42,10 +45,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
     part.results.clone_from(&export.path);
     part.export = Some(export);
     match &args.store {
-        Some(store) => execute(study, store, &args.execution, Some(part)),
+        Some(store) => execute(to_run(study), store, &args.execution, Some(part)),
         None => {
             let local = LocalStore::open(&label(&study, shard, exports)?)?;
-            let finish = execute(study, local.path(), &args.execution, Some(part));
+            let finish = execute(to_run(study), local.path(), &args.execution, Some(part));
             let finish = finish.with_context(|| {
                 format!(
                     "what is not exported is kept in {}, from where the same command goes on",

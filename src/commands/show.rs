@@ -53,10 +53,12 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
         })
         .flatten();
     let files = stored_files(&reader, &record)?;
+    let run = record.provenance.run.as_ref();
+    let account = run.and_then(|run| stored::account(reader.blobs(), run));
     if args.json {
-        return output::print_json(&json(&record, fields.as_ref(), &files)?);
+        return output::print_json(&json(&record, fields.as_ref(), &files, account.as_ref())?);
     }
-    let mut text = words(&record, fields.as_ref(), &files)?;
+    let mut text = words(&record, fields.as_ref(), &files, account.as_ref())?;
     warnings(&record).iter().for_each(|warning| text += &format!("warning: {}\n", warning.words));
     output::print(&text)
 }

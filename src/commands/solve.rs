@@ -7,18 +7,20 @@ use contact::Operators;
 use study::edit::with_settings;
 use study::{Adaptive, Kind, Study};
 
+use crate::account::study_file;
 use crate::cli::SolveArgs;
 use crate::one_result::UsedFiles;
 use crate::output::{Finish, layout};
 use crate::solving::{SolvedScene, solve_scene};
-use crate::study_file::{edit_study, parse_study, read_study, read_text};
+use crate::study_file::{edit_study, parse_study, read_text};
 use crate::threads::share_among;
 use crate::{fields, one_result, output};
 
 /// Solves the only scene of a study file and shows the result.
 pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     share_among(0)?;
-    let study = single_scene(args)?;
+    let text = read_text(&args.scene)?;
+    let study = single_scene(args, &text)?;
     if let Some(name) = &args.field {
         fields::check_field(name, args.output.as_deref())?;
     }
@@ -26,7 +28,8 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
         fields::only_of_a_search(args.solution)?;
     }
     let mut operators = Operators::default();
-    let solution = solve_scene(&study, &mut operators)?;
+    let file = Some(study_file(&args.scene, &text));
+    let solution = solve_scene(&study, file, &mut operators)?;
     let is_good = solution.record.is_certified() && !solution.is_missed();
     show(args, &study, &solution)?;
     say_doubts(args, &study, &solution);
@@ -37,12 +40,11 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
 }
 
 /// Reads the study with its keys set, and refuses one of several points.
-fn single_scene(args: &SolveArgs) -> Result<Study> {
+fn single_scene(args: &SolveArgs, text: &str) -> Result<Study> {
     let study = if args.set.is_empty() {
-        read_study(&args.scene)?
+        parse_study(text, &args.scene)?
     } else {
-        let text = read_text(&args.scene)?;
-        let edited = edit_study(with_settings, &text, &args.scene, &args.set)?;
+        let edited = edit_study(with_settings, text, &args.scene, &args.set)?;
         parse_study(&edited, &args.scene)?
     };
     if study.len() != 1 {
@@ -65,7 +67,7 @@ fn run_command(args: &SolveArgs) -> String {
 
 /// Shows the result in the form that the arguments ask for.
 fn show(args: &SolveArgs, study: &Study, solution: &SolvedScene) -> Result<()> {
-    let SolvedScene { record, fields, .. } = solution;
+    let SolvedScene { record, fields, account, .. } = solution;
     let files = UsedFiles::of(study, &record.parse_job()?);
     if let Some(name) = &args.field {
         let of_search = record
@@ -75,9 +77,9 @@ fn show(args: &SolveArgs, study: &Study, solution: &SolvedScene) -> Result<()> {
         let fields = of_search.as_ref().or(fields.as_ref()).context("it has no fields")?;
         fields::show_field(fields, name, args.output.as_deref())?;
     } else if args.json {
-        output::print_json(&one_result::json(record, fields.as_ref(), &files)?)?;
+        output::print_json(&one_result::json(record, fields.as_ref(), &files, Some(account))?)?;
     } else {
-        let mut text = one_result::words(record, fields.as_ref(), &files)?;
+        let mut text = one_result::words(record, fields.as_ref(), &files, Some(account))?;
         if record.outcome().is_some_and(|outcome| outcome.steps.len() > 1) {
             text += &format!("path\n{}", one_result::path(record)?.terminal(&layout()));
         }

@@ -8,8 +8,8 @@ use anyhow::{Context, Result, anyhow};
 use identity::JobKey;
 use indicatif::BinaryBytes;
 use store::{
-    Digest, MergeSelection, OpenError, RecordOrigin, Store, StoreReader, merge_into_export,
-    require_mergeable,
+    Digest, MergeSelection, OpenError, RecordOrigin, References, Store, StoreReader,
+    merge_into_export, require_mergeable,
 };
 use study::Record;
 use study::encoding::DecodeError;
@@ -39,10 +39,10 @@ pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {
     }
 }
 
-/// Returns the files that an encoded record refers to. A record that cannot be decoded refers to
-/// none that are known.
-fn references_of(bytes: &[u8]) -> Vec<Digest> {
-    Record::decode(bytes).map_or_else(|_| Vec::new(), |record| references(&record))
+/// Returns the files that an encoded record needs. A record that cannot be decoded needs none that
+/// are known.
+fn needed_by(bytes: &[u8]) -> Vec<Digest> {
+    Record::decode(bytes).map_or_else(|_| Vec::new(), |record| references(&record).needed)
 }
 
 fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
@@ -61,16 +61,16 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
         }
         Ok(_) => {
             undecodable.push((*key, "it is the record of another job".to_owned()));
-            Vec::new()
+            References::default()
         }
         // The record is sound for the version of the program that wrote it.
         Err(DecodeError::Version { .. }) => {
             foreign += 1;
-            Vec::new()
+            References::default()
         }
         Err(error) => {
             undecodable.push((*key, error.to_string()));
-            Vec::new()
+            References::default()
         }
     })?;
     let sound = found.is_sound() && undecodable.is_empty();
@@ -89,6 +89,8 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
     faults
         .extend(found.lost_studies.iter().map(|(name, reason)| format!("study {name}: {reason}")));
     faults.extend(found.damaged_exports);
+    // No run brings these back, and no result is lost with them: they are said, and the code stays.
+    let notes = merged::lost_accounts(&found.lost_companions);
     let is_exports = !store.exports().is_empty();
     if json {
         output::print_json(&serde_json::json!({
@@ -104,6 +106,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             "stray_files": found.stray_files,
             "open_exports": found.open_exports,
             "faults": faults,
+            "provenance_notes": notes,
         }))?;
     } else {
         let mut text = format!(
@@ -124,6 +127,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             });
         }
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
+        notes.iter().for_each(|note| text += &format!("note: {note}\n"));
         if !sound && is_exports {
             text += "to run their shards again computes what is damaged, and keeps the rest\n";
         } else if !sound {
@@ -159,7 +163,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
 }
 
 fn salvage(directory: &Path, json: bool) -> Result<Finish> {
-    let salvaged = Store::salvage(directory, |_, bytes| references_of(bytes))?;
+    let salvaged = Store::salvage(directory, |_, bytes| needed_by(bytes))?;
     if json {
         return output::print_json(&serde_json::json!({
             "kept": salvaged.kept,
@@ -187,7 +191,7 @@ fn salvage(directory: &Path, json: bool) -> Result<Finish> {
     if salvaged.damaged_blobs > 0 {
         let files = count(salvaged.damaged_blobs, "damaged file", "damaged files");
         text += &format!(
-            "put aside {files} of fields (their names end in .damaged-1); delete them when nothing is \
+            "put aside {files} (their names end in .damaged-1); delete them when nothing is \
              missed\n"
         );
     }
@@ -213,7 +217,8 @@ fn compact(store: &Store, json: bool) -> Result<Finish> {
         let bytes = bytes.context("nothing was removed")?;
         let record = Record::decode(&bytes)
             .with_context(|| format!("the record of job {key}; nothing was removed"))?;
-        referenced.extend(references(&record));
+        let References { needed, companions } = references(&record);
+        referenced.extend(needed.into_iter().chain(companions));
     }
     let done = store.compact(&referenced)?;
     if json {

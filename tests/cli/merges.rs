@@ -27,7 +27,10 @@ fn write_shard(place: &Place, reader: &StoreReader, index: u32, note: &Value) {
     for (number, (key, record)) in (0..).zip(reader.records().unwrap()) {
         if number % 4 == index - 1 {
             let record = record.unwrap();
-            let fields = Record::decode(&record).unwrap().fields.unwrap();
+            let Record { fields, provenance, .. } = Record::decode(&record).unwrap();
+            let fields = fields.unwrap();
+            let run = store::Digest(provenance.run.unwrap());
+            assert!(writer.accompany(&run, reader.blobs()).unwrap());
             let digest = store::Blobs::kept_digest(&fields).unwrap();
             let kept = reader.blobs().contains(&digest).then_some(digest);
             writer.append(&key, &record, reader.blobs(), kept).unwrap();
@@ -94,7 +97,7 @@ fn a_directory_of_exports_is_read_like_the_merged_store() {
     let verified = place.json("store verify --json --store exports");
     assert_eq!(
         (&verified["sound"], &verified["records"], &verified["files"]),
-        (&true.into(), &6.into(), &7.into())
+        (&true.into(), &6.into(), &8.into())
     );
 }
 

@@ -1,5 +1,6 @@
 //! A directory to run the command in, and the output of a run.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -139,18 +140,33 @@ impl Place {
         files
     }
 
+    /// Returns the files with the accounts of the runs that the records of the store name.
+    pub(crate) fn accounts(&self) -> Vec<PathBuf> {
+        self.accounts_in(".tribosweep")
+    }
+
+    /// Returns the files with the accounts of the runs that the records of a store name.
+    pub(crate) fn accounts_in(&self, store: &str) -> Vec<PathBuf> {
+        let reader = store::Store::read(&self.path(store)).unwrap();
+        let runs: BTreeSet<[u8; 32]> = reader
+            .records()
+            .unwrap()
+            .filter_map(|(_, bytes)| study::Record::decode(&bytes.ok()?).ok()?.provenance.run)
+            .collect();
+        runs.into_iter().map(|run| reader.blobs().path(&store::Digest(run))).collect()
+    }
+
     /// Returns the files with the fields of results and with the study's definition.
     pub(crate) fn blobs(&self) -> (Vec<PathBuf>, PathBuf) {
         let manifest = fs::read_to_string(self.path(".tribosweep/manifest.json")).unwrap();
+        let accounts = self.accounts();
         let digest = |path: &Path| {
             let stem = path.file_stem().unwrap().to_str().unwrap();
             format!("{}{stem}", path.parent().unwrap().file_name().unwrap().to_str().unwrap())
         };
-        let blobs = self
-            .files()
-            .into_iter()
-            .map(|(path, _)| path)
-            .filter(|path| path.extension().is_some_and(|e| e == "zst"));
+        let blobs = self.files().into_iter().map(|(path, _)| path).filter(|path| {
+            path.extension().is_some_and(|e| e == "zst") && !accounts.contains(path)
+        });
         let (mut studies, fields): (Vec<_>, Vec<_>) =
             blobs.partition(|path| manifest.contains(&digest(path)));
         assert_eq!(studies.len(), 1);
@@ -166,7 +182,7 @@ impl Said {
 }
 
 /// Returns a text without everything that differs from run to run: times and shares of times,
-/// processes, hashes of floating-point fields, the version.
+/// sizes of files, processes, hashes of floating-point fields, the version.
 pub(crate) fn redacted(text: &str) -> String {
     let mut lines = Vec::new();
     for line in text.lines() {
@@ -187,11 +203,13 @@ pub(crate) fn redacted(text: &str) -> String {
                     "[part]"
                 }
                 () if number && before == "process" => "[pid]",
+                // The account of a run names the host, whose name has any length.
+                () if number && ["file", "files"].contains(&before.as_str()) => "[size]",
                 () if word == env!("CARGO_PKG_VERSION") => "[version]",
                 () => continue,
             };
             words[at] = words[at].replace(&word, new);
-            if new == "[time]" {
+            if ["[time]", "[size]"].contains(&new) {
                 // The unit goes too; the text after it stays.
                 let rest = words[at + 1].replacen(&next, "", 1);
                 words[at] += &rest;
@@ -203,6 +221,7 @@ pub(crate) fn redacted(text: &str) -> String {
                 .join(" ")
                 .replace("[time]  ", "[time] ")
                 .replace("[time],  ", "[time], ")
+                .replace("[size]),  ", "[size]), ")
                 .trim_end()
                 .to_owned()
                 + "\n",

@@ -6,7 +6,8 @@
 //!
 //! From the bottom to the top:
 //!
-//! - [`records`](Records), places, [`rows`] and comparisons are what everything else is made of.
+//! - [`records`](Records), [`Accounts`], places, [`rows`] and comparisons are what everything else
+//!   is made of.
 //! - [`choice`] finds the points that a study wants next, by the results that it has.
 //! - `convergence` compares the rungs of a ladder with their limit, `cost` holds their errors
 //!   against their times.
@@ -14,11 +15,15 @@
 //!   [`patches`] and `solutions` read what one job has left.
 //! - `kind` says of each kind of study what is done with its jobs ([`perform`], [`forecast`]) and
 //!   how it answers.
+//! - [`used_subjects`] says what of the method and of the effects the jobs of a study use, for a
+//!   list of references.
 //! - [`shards`] cuts a study into parts for machines that do not know of each other.
 //! - [`Results`] puts these together, and a [`Selection`] of it is a table.
 #![forbid(unsafe_code)]
 
+mod accounts;
 pub mod choice;
+mod citations;
 mod comparison;
 mod convergence;
 mod cost;
@@ -42,6 +47,8 @@ mod undrawn;
 mod variation;
 mod warnings;
 
+pub use accounts::{Accounts, ComputingRun};
+pub use citations::{UsedSubject, used_subjects};
 pub use comparison::AnswerTable;
 pub use error::AnswerError;
 pub use kind::{

@@ -5,7 +5,7 @@ use std::error::Error;
 
 use contact::model::Fields;
 use identity::JobKey;
-use study::Record;
+use study::{Record, RunAccount};
 
 /// Why results cannot be read, in the words of whoever keeps them.
 pub type RecordsError = Box<dyn Error + Send + Sync>;
@@ -33,4 +33,7 @@ pub trait Records {
     /// # Errors
     /// It has left none, or they cannot be read.
     fn fields(&self, record: &Record) -> Result<Fields, RecordsError>;
+
+    /// Returns the account of a run, given its digest; `None` if it is lost, damaged or no account.
+    fn account(&self, run: &[u8; 32]) -> Option<RunAccount>;
 }

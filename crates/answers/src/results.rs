@@ -1,12 +1,14 @@
 //! A study with what its jobs have left: rows of tables, and the answers beyond them.
 
 use std::cell::OnceCell;
+use std::collections::HashSet;
 
 use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
-use study::columns::{Role, Row, along_path};
+use study::columns::{Compared, Role, Row, along_path};
 use study::{Adaptive, Figure, Kind, Record, Standing, Study, StudyPoint};
 
+use crate::accounts::{Accounts, ComputingRun};
 use crate::choice::{self, Discovery, Finding, Gathered, PointChoice, gather};
 use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
@@ -31,6 +33,8 @@ pub struct Results<'r> {
     comparison: OnceCell<Comparison>,
     /// The figures, chosen when they are first asked for.
     figures: OnceCell<Vec<Figure>>,
+    /// The accounts of the runs, read when they are first asked for.
+    accounts: OnceCell<Accounts>,
 }
 
 /// The rows that a figure is drawn from, and the points that are missing among them.
@@ -93,6 +97,7 @@ impl<'r> Results<'r> {
             source,
             comparison: OnceCell::new(),
             figures: OnceCell::new(),
+            accounts: OnceCell::new(),
         })
     }
 
@@ -109,6 +114,34 @@ impl<'r> Results<'r> {
     /// Returns the record of a point, if its job has left one.
     pub fn record(&self, point: &StudyPoint) -> Option<&Record> {
         self.records.get(&point.key)
+    }
+
+    /// Returns the accounts of the runs that computed the results.
+    pub fn accounts(&self) -> &Accounts {
+        self.accounts.get_or_init(|| {
+            let mut accounts = Accounts::default();
+            accounts.read(self.records.values(), self.source);
+            accounts
+        })
+    }
+
+    /// Lists the runs that computed the results, each with the number of its results.
+    pub fn runs(&self) -> Vec<ComputingRun<'_>> {
+        self.accounts().runs(self.of_points())
+    }
+
+    /// Iterates over the records of the points; one that several points share comes once.
+    fn of_points(&self) -> impl Iterator<Item = &Record> {
+        let mut seen = HashSet::new();
+        let points = self.points.iter().filter(move |point| seen.insert(point.key));
+        points.filter_map(|point| self.record(point))
+    }
+
+    /// Returns the input from which the row of a point is made.
+    fn input<'a>(&'a self, point: &'a StudyPoint, compared: Option<&'a Compared>) -> Row<'a> {
+        let record = self.record(point);
+        let account = record.and_then(|record| self.accounts().of(record));
+        Row { point, record, compared, account }
     }
 
     /// Returns how far the study is.
@@ -183,13 +216,12 @@ impl<'r> Results<'r> {
         let columns = self.study.columns();
         let is_mentioned =
             |name: &str| mentions.iter().any(|mention| mention.as_ref().contains(name));
-        let takes_comparison = columns
-            .iter()
-            .any(|column| column.unknown_in_choosing().is_some() && is_mentioned(&column.name));
+        let takes_comparison =
+            columns.iter().any(|column| column.is_compared() && is_mentioned(&column.name));
         let compared = if takes_comparison { &self.comparison()?.compared[..] } else { &[] };
         let rows = self.points.iter().enumerate().map(|(index, point)| {
             let compared = compared.get(index).and_then(Option::as_ref);
-            row(&columns, &Row { point, record: self.record(point), compared })
+            row(&columns, &self.input(point, compared))
         });
         Ok(DataTable::new(heads(&columns), rows.collect())?)
     }
@@ -200,7 +232,7 @@ impl<'r> Results<'r> {
     /// Two columns share a name.
     pub fn increments(&self) -> Result<DataTable, AnswerError> {
         let computed = self.points.iter().filter_map(|point| Some((point, self.record(point)?)));
-        increments(&along_path(self.study.columns()), computed)
+        increments(&along_path(self.study.columns()), self.accounts(), computed)
     }
 
     /// Returns the usual columns of every point.
@@ -289,10 +321,7 @@ impl<'r> Results<'r> {
         if figure.steps {
             columns = along_path(columns);
         }
-        let rows = self
-            .points
-            .iter()
-            .map(|point| row(&columns, &Row { point, record: self.record(point), compared: None }));
+        let rows = self.points.iter().map(|point| row(&columns, &self.input(point, None)));
         let table = DataTable::new(heads(&columns), rows.collect())?;
         let table = table.filter_possible(expression)?;
         let count = |condition: &str| Ok::<_, AnswerError>(table.filter(condition)?.rows().len());

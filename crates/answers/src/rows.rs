@@ -4,6 +4,7 @@ use report::{Cell, DataTable};
 use study::columns::Row;
 use study::{Column, Record, StudyPoint, Value};
 
+use crate::accounts::Accounts;
 use crate::error::AnswerError;
 
 /// Returns a table of one row.
@@ -12,7 +13,10 @@ pub(crate) fn single(
     point: &StudyPoint,
     record: Option<&Record>,
 ) -> Result<DataTable, AnswerError> {
-    Ok(DataTable::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
+    Ok(DataTable::new(
+        heads(columns),
+        vec![row(columns, &Row { point, record, compared: None, account: None })],
+    )?)
 }
 
 /// Returns a table of the increments of results: a row for each, as the result would be if its path
@@ -22,12 +26,17 @@ pub(crate) fn single(
 /// Two columns share a name.
 pub fn increments<'r>(
     columns: &[Column],
+    accounts: &Accounts,
     results: impl IntoIterator<Item = (&'r StudyPoint, &'r Record)>,
 ) -> Result<DataTable, AnswerError> {
     let mut rows = Vec::new();
     for (point, record) in results {
+        let account = accounts.of(record);
         record.along_path(|increment| {
-            rows.push(row(columns, &Row { point, record: Some(increment), compared: None }))
+            rows.push(row(
+                columns,
+                &Row { point, record: Some(increment), compared: None, account },
+            ))
         });
     }
     Ok(DataTable::new(heads(columns), rows)?)

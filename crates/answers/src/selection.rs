@@ -4,6 +4,7 @@ use report::{CellType, DataTable, FilterError, TableColumn, TableError, TypedCol
 use study::columns::{Row, along_path, nearest_name};
 use study::{Column, Study, StudyPoint, ValueType};
 
+use crate::accounts::Accounts;
 use crate::error::AnswerError;
 use crate::records::Records;
 use crate::results::Results;
@@ -69,13 +70,13 @@ impl Selection {
     pub fn is_separable(&self, study: &Study) -> bool {
         let mentions = || self.columns.iter().chain(&self.filter);
         let compares = study.columns().iter().any(|column| {
-            column.unknown_in_choosing().is_some()
-                && mentions().any(|mention| mention.contains(column.name.as_ref()))
+            column.is_compared() && mentions().any(|mention| mention.contains(column.name.as_ref()))
         });
         study.adaptive().is_none() && self.sort.is_empty() && !compares
     }
 
-    /// Visits the rows that are chosen of a study in blocks, of which one at a time is in memory.
+    /// Visits the rows that are chosen of a study in blocks, of which one at a time is in memory,
+    /// and returns the accounts of the runs that computed its results.
     ///
     /// # Errors
     /// There is no such column, the condition cannot be evaluated, a record cannot be read, or the
@@ -85,8 +86,9 @@ impl Selection {
         study: &Study,
         source: &dyn Records,
         mut visitor: impl FnMut(&DataTable) -> Result<(), E>,
-    ) -> Result<(), E> {
+    ) -> Result<Accounts, E> {
         let columns = self.all_columns(study);
+        let mut accounts = Accounts::default();
         let mut indices = study.indices().peekable();
         let mut block: Option<DataTable> = None;
         while block.is_none() || indices.peek().is_some() {
@@ -95,7 +97,7 @@ impl Selection {
                 .take(POINTS_AT_ONCE)
                 .filter_map(|index| study.point(index))
                 .collect();
-            let table = self.read(&columns, &points, source)?;
+            let table = self.read(&columns, &points, source, &mut accounts)?;
             let chosen = self.chosen(table).map_err(|error| suggested(error, study))?;
             let gathered = match block.take() {
                 Some(block) => block.followed_by(chosen),
@@ -108,7 +110,8 @@ impl Selection {
                 block = Some(gathered);
             }
         }
-        block.iter().try_for_each(visitor)
+        block.iter().try_for_each(visitor)?;
+        Ok(accounts)
     }
 
     /// Makes the rows of some points with every column.
@@ -117,17 +120,21 @@ impl Selection {
         columns: &[Column],
         points: &[StudyPoint],
         source: &dyn Records,
+        accounts: &mut Accounts,
     ) -> Result<DataTable, AnswerError> {
         let mut keys: Vec<_> = points.iter().map(|point| point.key).collect();
         keys.sort_unstable();
         keys.dedup();
         let records = source.select(&keys).map_err(AnswerError::Records)?;
+        accounts.read(records.values(), source);
         let with_record = points.iter().filter_map(|point| Some((point, records.get(&point.key)?)));
         if self.steps {
-            return increments(columns, with_record);
+            return increments(columns, accounts, with_record);
         }
         let rows = points.iter().map(|point| {
-            row(columns, &Row { point, record: records.get(&point.key), compared: None })
+            let record = records.get(&point.key);
+            let account = record.and_then(|record| accounts.of(record));
+            row(columns, &Row { point, record, compared: None, account })
         });
         Ok(DataTable::new(heads(columns), rows.collect())?)
     }

@@ -41,6 +41,7 @@
 //! # Layers
 //! Every module uses only modules before it in this list, which is in reading order:
 //! - [`model`]: the data that go into a solve and come out of it;
+//! - [`literature`]: the works that the method and the effects are taken from;
 //! - [`theory`]: classical formulas, and the laws that a ladder of values follows;
 //! - `common`: tools that every layer may use;
 //! - [`foundation`]: the elasticity of the bodies as seen from the plane of contact;
@@ -64,6 +65,7 @@ mod forecast;
 pub mod foundation;
 pub mod grid;
 pub mod influence;
+pub mod literature;
 pub mod model;
 pub mod multiplicity;
 mod path;

@@ -302,7 +302,10 @@ impl Blobs {
     }
 
     /// Returns the content of a blob like [`get`](Blobs::get) if it has at most `limit` bytes.
-    fn get_within(&self, digest: &Digest, limit: u64) -> Result<Option<Vec<u8>>, ReadError> {
+    ///
+    /// # Errors
+    /// Those of [`get`](Blobs::get); a longer blob counts as corrupt.
+    pub fn get_within(&self, digest: &Digest, limit: u64) -> Result<Option<Vec<u8>>, ReadError> {
         let mut content = Vec::new();
         Ok(self.read(digest, limit, &mut content)?.map(|_| content))
     }

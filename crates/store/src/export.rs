@@ -193,6 +193,19 @@ impl ExportWriter {
         self.appender.write_large()
     }
 
+    /// Adds a blob of `source` that goes along with records, and returns whether the file has it
+    /// now: one that is missing or damaged there is left out.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn accompany(&mut self, digest: &Digest, source: &Blobs) -> Result<bool, ExportError> {
+        match self.appender.put_blob(digest, source) {
+            Ok(_) => Ok(true),
+            Err(ExportError::Blob(_)) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
     /// Keeps a note about the state of whoever writes; the last one counts. It is written by the
     /// next [`flush`](ExportWriter::flush), which refuses one of more than a quarter of a MiB.
     pub fn note(&mut self, state: &[u8]) {

@@ -37,6 +37,8 @@
 //!   one that was there before stays.
 //! - Of an export that is damaged or torn, everything else is read.
 //! - A blob that was lost or damaged is found when it is read, and storing it again heals it.
+//! - A record is whole without the blobs that only go along with it ([`References::companions`]):
+//!   their loss is said, and no record is given up for it.
 //!
 //! Three things are deliberately absent: transactions over several records (one job is one record),
 //! any reliance on sled's own flushing, and network file systems, whose locks and caches void all
@@ -81,7 +83,7 @@ pub use merge::{
     MergeError, MergeReport, MergeSelection, RecordConflict, merge_into_export, require_mergeable,
 };
 pub use reader::{CopyReason, RecordOrigin, StoreReader};
-pub use rules::{Examination, MergeRules, RecordRank};
+pub use rules::{Examination, LostCompanion, MergeRules, RecordRank, References};
 pub use salvage::Salvage;
 pub use store::Store;
 pub use verify::{CompactError, Compaction, Verification};

@@ -8,6 +8,7 @@
 //! of an export: it takes one byte for each record, some 100 bytes for each blob that is a file of
 //! its own, and a few tens of MiB. A store that is merged takes 32 bytes more for each record.
 
+mod adoption;
 mod copy;
 mod decision;
 mod losses;

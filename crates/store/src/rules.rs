@@ -26,7 +26,34 @@ pub struct Examination {
     /// The rank of the record among those of its job.
     pub rank: RecordRank,
     /// The blobs that the record refers to.
-    pub references: Vec<Digest>,
+    pub references: References,
+}
+
+/// The blobs that a record refers to.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct References {
+    /// The blobs without which the record is not whole.
+    pub needed: Vec<Digest>,
+    /// The blobs that go along with the record, which is whole without them. Many records may share
+    /// one.
+    pub companions: Vec<Digest>,
+}
+
+impl From<Vec<Digest>> for References {
+    fn from(needed: Vec<Digest>) -> Self {
+        References { needed, companions: Vec::new() }
+    }
+}
+
+/// A blob that goes along with records and is damaged or not there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LostCompanion {
+    /// The name of the blob.
+    pub digest: Digest,
+    /// The number of records that it goes along with.
+    pub records: usize,
+    /// The fault, in words.
+    pub reason: String,
 }
 
 /// The rank of a record among those of its job. A higher one takes the place of a lower one.

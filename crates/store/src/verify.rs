@@ -11,6 +11,7 @@ use crate::digest::Digest;
 use crate::durable;
 use crate::error::{ReadError, WriteError};
 use crate::reader::StoreReader;
+use crate::rules::{LostCompanion, References};
 use crate::store::Store;
 
 /// The result of verifying a store.
@@ -26,6 +27,8 @@ pub struct Verification {
     pub blob_bytes: u64,
     /// The blobs that differ from what was written, with the reason.
     pub corrupt_blobs: Vec<(Digest, String)>,
+    /// The blobs that go along with records and are damaged or not there. The records are whole.
+    pub lost_companions: Vec<LostCompanion>,
     /// The blobs that a record refers to and that are not there, with the first job that refers to
     /// them.
     pub missing_blobs: Vec<(Digest, JobKey)>,
@@ -45,7 +48,7 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// Returns true if everything that was ever stored is there and unchanged.
+    /// Returns true if every result and every study that was ever stored is there and unchanged.
     pub fn is_sound(&self) -> bool {
         self.corrupt_records.is_empty()
             && self.corrupt_blobs.is_empty()
@@ -73,19 +76,24 @@ impl StoreReader {
     /// # Errors
     /// [`ReadError`] if a fault hides everything else. Damage to single records, blobs and studies
     /// is part of the result.
-    pub fn verify(
+    pub fn verify<Referred: Into<References>>(
         &self,
-        mut references: impl FnMut(&JobKey, &[u8]) -> Vec<Digest>,
+        mut references: impl FnMut(&JobKey, &[u8]) -> Referred,
     ) -> Result<Verification, ReadError> {
         let mut answer = Verification::default();
         let mut referenced = BTreeMap::new();
+        let mut companions: BTreeMap<Digest, usize> = BTreeMap::new();
         // What a run adds meanwhile has its blobs before its record, and is not missed.
         for (key, record) in self.records()? {
             match record {
                 Ok(record) => {
                     answer.records += 1;
-                    for digest in references(&key, &record) {
+                    let References { needed, companions: along } = references(&key, &record).into();
+                    for digest in needed {
                         referenced.entry(digest).or_insert(key);
+                    }
+                    for digest in along {
+                        *companions.entry(digest).or_default() += 1;
                     }
                 }
                 Err(ReadError::Corrupt { reason, .. }) => {
@@ -110,30 +118,45 @@ impl StoreReader {
         }
         let studies = self.studies()?;
         let mut present = BTreeSet::new();
+        let mut damaged_companions: BTreeMap<Digest, String> = BTreeMap::new();
         for found in self.blobs().files()? {
             match found {
                 BlobFile::Blob { digest, bytes, .. } => {
                     present.insert(digest);
+                    let is_study = studies.values().any(|study| *study == digest);
+                    let is_needed = referenced.contains_key(&digest) || is_study;
+                    let is_companion = companions.contains_key(&digest) && !is_needed;
                     match self.blobs().is_sound(&digest) {
                         Ok(true) => {
                             answer.blobs += 1;
                             answer.blob_bytes += bytes;
                         }
                         Ok(false) => drop(present.remove(&digest)),
-                        Err(ReadError::Blob { reason, .. }) => {
-                            answer.corrupt_blobs.push((digest, reason))
+                        Err(error) => {
+                            let reason = match error {
+                                ReadError::Blob { reason, .. } => reason,
+                                other => other.to_string(),
+                            };
+                            if is_companion {
+                                damaged_companions.insert(digest, reason);
+                            } else {
+                                answer.corrupt_blobs.push((digest, reason));
+                            }
                         }
-                        Err(other) => answer.corrupt_blobs.push((digest, other.to_string())),
                     }
-                    if !referenced.contains_key(&digest)
-                        && !studies.values().any(|study| *study == digest)
-                    {
-                        answer.unreferenced_blobs += 1;
-                    }
+                    answer.unreferenced_blobs += usize::from(!is_needed && !is_companion);
                 }
                 BlobFile::Unfinished { .. } => {}
                 BlobFile::Stray(path) => answer.stray_files.push(path),
             }
+        }
+        for (digest, records) in companions {
+            let reason = match damaged_companions.remove(&digest) {
+                Some(reason) => reason,
+                None if present.contains(&digest) => continue,
+                None => "it is missing".to_owned(),
+            };
+            answer.lost_companions.push(LostCompanion { digest, records, reason });
         }
         answer.missing_blobs =
             referenced.into_iter().filter(|(digest, _)| !present.contains(digest)).collect();

@@ -35,7 +35,11 @@ pub enum DecodeError {
 /// Lists versions in words.
 fn formats(known: &[u8]) -> String {
     let numbers: Vec<String> = known.iter().map(u8::to_string).collect();
-    format!("{} {}", if known.len() == 1 { "format" } else { "formats" }, numbers.join(" and "))
+    match &numbers[..] {
+        [] => "no format".to_owned(),
+        [only] => format!("format {only}"),
+        [others @ .., last] => format!("formats {} and {last}", others.join(", ")),
+    }
 }
 
 /// The format of fields, surfaces and definitions of studies.

@@ -24,6 +24,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod account;
 pub mod accuracy;
 pub mod adaptive;
 mod assemble;
@@ -62,6 +63,7 @@ pub mod units;
 mod value;
 mod write;
 
+pub use account::RunAccount;
 pub use accuracy::Accuracy;
 pub use adaptive::Adaptive;
 pub use columns::Column;

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The worker that computed a record, the time and the speed. Nothing in it is reproducible.
+/// The worker that computed a record, the time and the speed, and the run that it belongs to.
+/// Nothing in it is reproducible.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// The version of the program.
@@ -17,6 +18,27 @@ pub struct Provenance {
     pub attempt: u32,
     /// The time at which the job was finished [s since 1970-01-01 UTC].
     pub finished: u64,
+    /// The digest of the [account](crate::RunAccount) of the run; `None` for a job that was solved
+    /// alone, and in records of formats before 5.
+    pub run: Option<[u8; 32]>,
+}
+
+/// The provenance of formats before 5.
+#[derive(Deserialize)]
+pub(crate) struct OlderProvenance {
+    program: String,
+    seconds: f64,
+    times: Vec<f64>,
+    worker: u32,
+    attempt: u32,
+    finished: u64,
+}
+
+impl From<OlderProvenance> for Provenance {
+    fn from(older: OlderProvenance) -> Self {
+        let OlderProvenance { program, seconds, times, worker, attempt, finished } = older;
+        Self { program, seconds, times, worker, attempt, finished, run: None }
+    }
 }
 
 impl Provenance {

@@ -107,7 +107,7 @@ pub struct Record {
     /// The bytes of its fields ([`encode_fields`](crate::record_format::encode_fields)), if it left
     /// some.
     pub fields: Option<KeptFields>,
-    /// The worker, the time and the speed of the computation.
+    /// The worker, the time and the speed of the computation, and its run.
     pub provenance: Provenance,
 }
 
@@ -234,6 +234,7 @@ pub(crate) mod tests {
             worker: 1,
             attempt: 1,
             finished: 1_700_000_000,
+            run: Some([9; 32]),
         };
         Record {
             physics: PHYSICS_VERSION,

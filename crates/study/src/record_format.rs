@@ -11,17 +11,21 @@ use identity::KeptFields;
 
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, decode_as, encode, encode_as};
 use crate::job::PHYSICS_VERSION;
+use crate::provenance::{OlderProvenance, Provenance};
 use crate::record::{Ending, Record};
 
 /// The format of records. Format 1 held a single load step, 2 no levels, 3 the digests of fields
-/// only.
-const RECORD_VERSION: u8 = 4;
+/// only, 4 no account of the run.
+const RECORD_VERSION: u8 = 5;
 
-/// The format before, which is read as well.
-const OLDER_VERSION: u8 = 3;
+/// The format before, which is read as well. The deterministic part has not changed since.
+const WITHOUT_RUN: u8 = 4;
+
+/// The format before that, which is read as well.
+const ONLY_DIGESTS: u8 = 3;
 
 /// The formats of records that are read.
-const RECORD_VERSIONS: &[u8] = &[OLDER_VERSION, RECORD_VERSION];
+const RECORD_VERSIONS: &[u8] = &[ONLY_DIGESTS, WITHOUT_RUN, RECORD_VERSION];
 
 /// The longest text or list in a record that is believed \[bytes\]; a corrupt length must not
 /// allocate.
@@ -38,20 +42,21 @@ struct StoredResult<Fields> {
 
 impl Record {
     /// Returns the bytes of the deterministic part, which are equal for the same job whoever
-    /// computed it.
+    /// computed it. They begin with the format since which they have not changed.
     pub fn result_bytes(&self) -> Vec<u8> {
-        encode_as(RECORD_VERSION, &(self.physics, &self.job, &self.ending, &self.fields))
+        encode_as(WITHOUT_RUN, &(self.physics, &self.job, &self.ending, &self.fields))
     }
 
-    /// Returns the bytes of the record: [`result_bytes`](Record::result_bytes), then the
-    /// provenance.
+    /// Returns the bytes of the record: the format, what follows it in
+    /// [`result_bytes`](Record::result_bytes), then the provenance.
     pub fn encode(&self) -> Vec<u8> {
         let mut bytes = self.result_bytes();
+        bytes[0] = RECORD_VERSION;
         bytes.extend_from_slice(encode(&self.provenance).get(1..).unwrap_or_default());
         bytes
     }
 
-    /// Reads the bytes that [`encode`](Record::encode) wrote, or those of the format before.
+    /// Reads the bytes that [`encode`](Record::encode) wrote, or those of the formats before.
     ///
     /// # Errors
     ///
@@ -60,15 +65,19 @@ impl Record {
     pub fn decode(bytes: &[u8]) -> Result<Record, DecodeError> {
         const ITEM: &str = "the record";
         let (result, provenance) = match bytes.first() {
-            Some(&OLDER_VERSION) => {
-                let (result, provenance) = decode_as::<(StoredResult<[u8; 32]>, _), RECORD_LIMIT>(
-                    RECORD_VERSIONS,
-                    ITEM,
-                    bytes,
-                )?;
+            Some(&ONLY_DIGESTS) => {
+                let (result, older) = decode_as::<
+                    (StoredResult<[u8; 32]>, OlderProvenance),
+                    RECORD_LIMIT,
+                >(RECORD_VERSIONS, ITEM, bytes)?;
                 let StoredResult { physics, job, ending, fields } = result;
                 let fields = fields.map(KeptFields::Blob);
-                (StoredResult { physics, job, ending, fields }, provenance)
+                (StoredResult { physics, job, ending, fields }, Provenance::from(older))
+            }
+            Some(&WITHOUT_RUN) => {
+                let (result, older) =
+                    decode_as::<(_, OlderProvenance), RECORD_LIMIT>(RECORD_VERSIONS, ITEM, bytes)?;
+                (result, Provenance::from(older))
             }
             _ => decode_as::<_, RECORD_LIMIT>(RECORD_VERSIONS, ITEM, bytes)?,
         };
@@ -141,7 +150,6 @@ mod tests {
 
     use super::*;
     use crate::encoding::VERSION;
-    use crate::provenance::Provenance;
     use crate::record::tests::{failed, fields, quarantined, searched, solved};
 
     #[test]
@@ -166,16 +174,38 @@ mod tests {
     }
 
     #[test]
-    fn the_format_before_is_read() {
-        for record in [solved(), Record { fields: None, ..failed() }] {
+    fn the_formats_before_are_read() {
+        for mut record in [solved(), Record { fields: None, ..failed() }] {
+            record.provenance.run = None;
+            let Provenance { program, seconds, times, worker, attempt, finished, .. } =
+                &record.provenance;
+            let provenance = encode(&(program, seconds, times, worker, attempt, finished));
             let digest = record.fields.as_ref().map(|_| [7_u8; 32]);
-            let mut bytes =
-                encode_as(OLDER_VERSION, &(record.physics, &record.job, &record.ending, &digest));
-            bytes.extend_from_slice(&encode(&record.provenance)[1..]);
-            assert_eq!(Record::decode(&bytes).as_ref(), Ok(&record));
-            assert_eq!(job_text(&bytes), Some(&*record.job));
+            let before =
+                encode_as(ONLY_DIGESTS, &(record.physics, &record.job, &record.ending, &digest));
+            for mut bytes in [before, record.result_bytes()] {
+                bytes.extend_from_slice(&provenance[1..]);
+                assert_eq!(Record::decode(&bytes).as_ref(), Ok(&record));
+                assert_eq!(job_text(&bytes), Some(&*record.job));
+            }
         }
     }
+
+    /// This is a record of format 4 as a program of that time wrote it.
+    #[test]
+    fn a_record_without_the_account_of_its_run_is_read() {
+        let text: String = RECORD_OF_FORMAT_4.split_whitespace().collect();
+        let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16);
+        let bytes: Vec<u8> = text.as_bytes().chunks(2).map(|pair| byte(pair).unwrap()).collect();
+        let mut expected = solved();
+        expected.provenance.run = None;
+        let record = Record::decode(&bytes).unwrap();
+        assert_eq!(record, expected);
+        // The deterministic part is the same to the last byte.
+        assert!(bytes.starts_with(&record.result_bytes()));
+    }
+
+    const RECORD_OF_FORMAT_4: &str = include_str!("record_format/format_4.hex");
 
     /// A change of these bytes is a change of the format: it needs a new version and a reader of
     /// the old one.
@@ -197,8 +227,14 @@ mod tests {
     fn what_is_malformed_says_so() {
         let message = |bytes: &[u8]| Record::decode(bytes).unwrap_err().to_string();
         assert_eq!(message(&[]), "the record is empty");
-        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads formats 3 and 4");
-        assert_eq!(message(&[1, 1]), "the record has format 1, this program reads formats 3 and 4");
+        assert_eq!(
+            message(&[9, 1]),
+            "the record has format 9, this program reads formats 3, 4 and 5"
+        );
+        assert_eq!(
+            message(&[1, 1]),
+            "the record has format 1, this program reads formats 3, 4 and 5"
+        );
         let mut long = solved().encode();
         long.push(0);
         assert_eq!(message(&long), "the record does not decode: 1 bytes too many");

@@ -1,6 +1,5 @@
 //! The sentences and tables of a report.
 
-use std::collections::BTreeMap;
 use std::ffi::OsString;
 
 use answers::effects::missing_surface;
@@ -13,6 +12,7 @@ use study::job::PHYSICS_VERSION;
 use study::provenance::median;
 use study::{Column, StudyPoint};
 
+use super::provenance;
 use super::rows::JobRows;
 use crate::effect_text::effect_table;
 use crate::job_list::JobList;
@@ -149,7 +149,7 @@ pub(super) fn after(
             blocks: [certificates(rows)?, estimates(rows)?].concat(),
         },
         cost(rows)?,
-        provenance(results, rows)?,
+        provenance::section(results, rows)?,
         reproduction(results, command)?,
     ])
 }
@@ -339,72 +339,6 @@ fn cost(rows: &JobRows<'_>) -> Result<PageSection> {
         blocks.push(PageBlock::Table(table));
     }
     Ok(PageSection { id: "cost", title: "Cost", blocks })
-}
-
-/// The results of one version of the program.
-#[derive(Default)]
-struct VersionShare {
-    jobs: usize,
-    workers: std::collections::BTreeSet<i64>,
-    first: String,
-    last: String,
-}
-
-/// Says which versions computed the results, where and when, as the records say.
-fn provenance(results: &Results<'_>, rows: &JobRows<'_>) -> Result<PageSection> {
-    let mut physics = BTreeMap::new();
-    for point in results.points() {
-        if let Some(record) = results.record(point) {
-            physics.insert(point.key.to_string(), record.physics);
-        }
-    }
-    let mut shares: BTreeMap<(String, u32), VersionShare> = BTreeMap::new();
-    let mut seen = std::collections::HashSet::new();
-    let workers: Vec<Option<f64>> = rows.cells("worker").map(Cell::number).collect();
-    let (programs, times) = (rows.texts("program"), rows.texts("finished"));
-    for (row, key) in rows.keys().into_iter().enumerate() {
-        let Some(physics) = physics.get(key).copied().filter(|_| seen.insert(key)) else {
-            continue;
-        };
-        let program = programs.get(row).copied().unwrap_or_default().to_owned();
-        let share = shares.entry((program, physics)).or_default();
-        share.jobs += 1;
-        let worker = workers.get(row).copied().flatten();
-        share.workers.extend(worker.map(|worker| worker as i64));
-        let finished = times.get(row).copied().unwrap_or_default();
-        if !finished.is_empty() {
-            if share.first.is_empty() || finished < share.first.as_str() {
-                share.first = finished.to_owned();
-            }
-            if finished > share.last.as_str() {
-                share.last = finished.to_owned();
-            }
-        }
-    }
-    let line = |((program, physics), share): ((String, u32), VersionShare)| {
-        [
-            program,
-            physics.to_string(),
-            share.jobs.to_string(),
-            share.workers.len().to_string(),
-            share.first,
-            share.last,
-        ]
-    };
-    let lines: Vec<_> = shares.into_iter().map(line).collect();
-    let mut blocks = Vec::new();
-    if lines.is_empty() {
-        blocks.push(PageBlock::Words("There is no result yet.".to_owned()));
-    } else {
-        let names = ["program", "physics", "jobs", "workers", "first finished", "last finished"];
-        blocks.push(PageBlock::Table(texts(names, lines)?));
-        blocks.push(PageBlock::Words(
-            "Versions, workers and times are those that the records hold; times are UTC. The \
-             worker and the time of each job are columns of the table of jobs."
-                .to_owned(),
-        ));
-    }
-    Ok(PageSection { id: "provenance", title: "Provenance", blocks })
 }
 
 /// Says how the results can be computed again.

@@ -116,6 +116,11 @@ impl<W: Write + Send> ParquetFile<W> {
         Ok(ParquetFile { writer, columns })
     }
 
+    /// Adds a text to the metadata of the file, under a name.
+    pub fn say(&mut self, name: &str, text: String) {
+        self.writer.append_key_value_metadata(KeyValue::new(name.to_owned(), text));
+    }
+
     /// Writes a block of rows, which has the columns of the file.
     ///
     /// # Errors
@@ -257,6 +262,7 @@ mod tests {
             vec![7.into(), (-1).into(), "".into()],
         ]))
         .unwrap();
+        file.say("tribosweep.test", "said at the end".to_owned());
         assert_eq!(file.close().unwrap(), 4);
         let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
         assert_eq!(reader.metadata().num_row_groups(), 2);
@@ -274,6 +280,7 @@ mod tests {
         let said = reader.metadata().file_metadata().key_value_metadata().unwrap();
         assert!(said[0].value.as_ref().unwrap().contains(r#""meaning":"the mesh""#));
         assert!(said[1].value.as_ref().unwrap().contains(r#""units":{"#));
+        assert_eq!(said[2].value.as_deref(), Some("said at the end"));
     }
 
     #[test]

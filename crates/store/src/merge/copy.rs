@@ -2,12 +2,11 @@
 
 use identity::JobKey;
 
-use crate::digest::Digest;
-use crate::error::ReadError;
+use crate::merge::adoption::{Companions, adopted};
 use crate::merge::decision::{MergeDecision, RecordFate, examined};
 use crate::merge::losses::MergeLosses;
 use crate::merge::report::{MergeError, MergeReport};
-use crate::merge::source::{MergeInput, MergeSource, VisitedRecords};
+use crate::merge::source::{MergeInput, VisitedRecords};
 use crate::merge::target::MergeTarget;
 use crate::rules::RecordRank;
 
@@ -37,6 +36,11 @@ pub(super) fn copy(
             }
         }
     }
+    let mut companions = Companions::default();
+    for (digest, records) in &decision.target_companions {
+        let is_new = companions.bring(digest, *records, None, sources, target)?;
+        report.blobs += usize::from(is_new);
+    }
     for (number, source) in sources.iter().enumerate() {
         let fates = decision.of_source(number);
         let is_taken = |record: usize| {
@@ -59,7 +63,11 @@ pub(super) fn copy(
                     return Ok(());
                 }
             };
-            for digest in &found.references {
+            for digest in &found.references.companions {
+                let is_new = companions.bring(digest, 1, Some(source), sources, target)?;
+                report.blobs += usize::from(is_new && !source.is_target);
+            }
+            for digest in &found.references.needed {
                 match adopted(digest, Some(source), sources, target)? {
                     Ok(is_new) => report.blobs += usize::from(is_new && !source.is_target),
                     Err(error) => {
@@ -87,6 +95,7 @@ pub(super) fn copy(
             report.already_there += decision.given[number].saturating_sub(others);
         }
     }
+    report.lost_companions = companions.lost();
     Ok(())
 }
 
@@ -115,26 +124,4 @@ impl RecordGroup {
         }
         Ok(())
     }
-}
-
-/// Stores a blob of the first of the sources that has a sound copy, and returns true if it was not
-/// there.
-fn adopted(
-    digest: &Digest,
-    first: Option<&MergeSource>,
-    sources: &[MergeSource],
-    target: &mut MergeTarget,
-) -> Result<Result<bool, ReadError>, MergeError> {
-    let mut outcome = None;
-    // The exports that one reader reads have their blobs together.
-    let groups = sources.chunk_by(|one, next| std::ptr::eq(one.reader, next.reader));
-    for source in first.into_iter().chain(groups.filter_map(<[_]>::first)) {
-        match (target.adopt(digest, source.reader.blobs())?, &outcome) {
-            (Ok(is_new), _) => return Ok(Ok(is_new)),
-            // The fault of the source of the record says most.
-            (Err(error), None) => outcome = Some(Err(error)),
-            (Err(_), Some(_)) => {}
-        }
-    }
-    Ok(outcome.unwrap_or(Ok(false)))
 }

@@ -5,7 +5,7 @@
 //! sources, and what decides about each is sorted by the jobs in turn. So one byte is kept for each
 //! record, and a few MiB for the sorting.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use identity::JobKey;
 
@@ -49,6 +49,8 @@ pub(super) struct MergeDecision {
     pub(super) given: Vec<usize>,
     /// The blobs that records of the target refer to and that are not there.
     pub(super) lost_blobs: BTreeSet<(Digest, JobKey)>,
+    /// The blobs that go along with records of the target, with the number of these.
+    pub(super) target_companions: BTreeMap<Digest, usize>,
 }
 
 impl MergeDecision {
@@ -169,7 +171,13 @@ pub(super) fn decide(
     }
     let given = vec![0; starts.len()];
     let fates = vec![RecordFate::Left; count];
-    let decision = MergeDecision { fates, starts, given, lost_blobs: BTreeSet::new() };
+    let decision = MergeDecision {
+        fates,
+        starts,
+        given,
+        lost_blobs: BTreeSet::new(),
+        target_companions: BTreeMap::new(),
+    };
     let candidates = RowSorter::new(target.directory());
     let input = &*input;
     let mut deciding = Deciding { input, target, report, losses, decision, candidates };
@@ -238,7 +246,10 @@ impl Deciding<'_, '_> {
             && let Ok(found) = (rules.examine)(&key, &record)
         {
             // Its file may have been lost meanwhile, and is taken from any source.
-            let blobs = found.references.into_iter();
+            for digest in found.references.companions {
+                *decision.target_companions.entry(digest).or_default() += 1;
+            }
+            let blobs = found.references.needed.into_iter();
             let lost = blobs.filter(|digest| !store.blobs().contains(digest));
             decision.lost_blobs.extend(lost.map(|digest| (digest, key)));
             let candidate = Candidate::of(rules, found.rank, &record);

@@ -8,6 +8,7 @@ use identity::JobKey;
 use crate::error::{OpenError, ReadError, WriteError};
 use crate::export::ExportError;
 use crate::exports::{ShardName, ShardState};
+use crate::rules::LostCompanion;
 
 /// The choice of what is merged.
 #[derive(Clone, Debug, Default)]
@@ -51,6 +52,8 @@ pub struct MergeReport {
     pub faults: Vec<String>,
     /// The records that are in the target without a blob that they refer to, in words.
     pub incomplete: Vec<String>,
+    /// The blobs that go along with records of the target and that no source has.
+    pub lost_companions: Vec<LostCompanion>,
     /// The shards whose results are in the target, with their last notes.
     pub shards: Vec<ShardState>,
     /// The shards of which nothing is remembered any more, because their study is in another number

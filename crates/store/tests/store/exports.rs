@@ -6,7 +6,7 @@ use std::process::Command;
 
 use store::{
     Blobs, Digest, ExportError, ExportHeader, ExportWriter, OpenError, ReadError, RecordOrigin,
-    RecordRank, ShardName, Store, StoreReader,
+    RecordRank, References, ShardName, Store, StoreReader,
 };
 
 use super::child::{Player, command};
@@ -41,8 +41,8 @@ fn small(path: &Path, blobs: &Blobs) {
     writer.close().unwrap();
 }
 
-fn references(job: &identity::JobKey, bytes: &[u8]) -> Vec<Digest> {
-    (RULES.examine)(job, bytes).map_or_else(|_| Vec::new(), |found| found.references)
+fn references(job: &identity::JobKey, bytes: &[u8]) -> References {
+    (RULES.examine)(job, bytes).map_or_else(|_| References::default(), |found| found.references)
 }
 
 /// Returns the records that a reader has, without those that are damaged.

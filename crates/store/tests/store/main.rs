@@ -13,7 +13,7 @@ mod speed;
 mod users;
 
 use identity::JobKey;
-use store::{Digest, Examination, MergeRules, RecordRank};
+use store::{Digest, Examination, MergeRules, RecordRank, References};
 
 /// Returns the key of the `i`-th made-up job.
 fn key(i: u64) -> JobKey {
@@ -42,7 +42,8 @@ fn ranked(rank: RecordRank, result: u64, machine: u8) -> Vec<u8> {
     bytes
 }
 
-/// The rules for those records. A record whose machine is 200 or more refers to a blob.
+/// The rules for those records. A record whose machine is 200 or more refers to a blob, and one
+/// whose machine is between 100 and 199 to a blob that only goes along with it.
 const RULES: MergeRules = MergeRules {
     examine: |_, bytes| {
         let rank = match bytes.first() {
@@ -52,7 +53,12 @@ const RULES: MergeRules = MergeRules {
             _ => return Err("it has no rank".to_owned()),
         };
         let machine = bytes.get(9).copied().unwrap_or(0);
-        let references = if machine >= 200 { vec![Digest::of(&field(machine))] } else { vec![] };
+        let blob = vec![Digest::of(&field(machine))];
+        let references = match machine {
+            200.. => References { needed: blob, ..References::default() },
+            100.. => References { companions: blob, ..References::default() },
+            _ => References::default(),
+        };
         Ok(Examination { rank, references })
     },
     fingerprint: |bytes| Digest::of(&bytes[1..9]),

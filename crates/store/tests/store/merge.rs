@@ -9,7 +9,7 @@ use identity::JobKey;
 use proptest::prelude::*;
 use store::{
     Digest, ExportError, ExportHeader, ExportWriter, MergeError, MergeReport, MergeRules,
-    MergeSelection, RecordRank, ShardName, Store, StoreReader, merge_into_export,
+    MergeSelection, RecordRank, References, ShardName, Store, StoreReader, merge_into_export,
 };
 
 use super::child::{Player, command};
@@ -31,10 +31,13 @@ fn write(path: &Path, shard: Option<ShardName>, from: &str, content: &Content) {
     writer.put_study("sweep", format!("{from}|mu = 1").as_bytes()).unwrap();
     for (i, bytes) in content {
         let references = (RULES.examine)(&key(*i), bytes).unwrap().references;
-        if !references.is_empty() {
+        if references != References::default() {
             source.blobs().put(&field(bytes[9])).unwrap();
         }
-        writer.append(&key(*i), bytes, source.blobs(), references).unwrap();
+        for digest in &references.companions {
+            assert!(writer.accompany(digest, source.blobs()).unwrap());
+        }
+        writer.append(&key(*i), bytes, source.blobs(), references.needed).unwrap();
     }
     writer.note(format!("note of {from}").as_bytes());
     writer.close().unwrap();
@@ -59,6 +62,51 @@ fn whole(path: &Path) -> Whole {
         studies: names.map(|name| (name.clone(), reader.study(&name).unwrap().unwrap())).collect(),
         blobs: found.blobs - found.unreferenced_blobs,
     }
+}
+
+/// Many records share the blob that goes along with them. It travels with them, is brought back
+/// from any source, and nothing is given up without it.
+#[test]
+fn what_only_goes_along_with_records_travels_and_may_be_lost() {
+    let directory = tempfile::tempdir().unwrap();
+    let place = |name: &str| directory.path().join(name);
+    let content: Content = (0..5).map(|i| (i, ranked(RecordRank::Finished, i, 150))).collect();
+    write(&place("all.tribosweep"), None, "here", &content);
+    let digest = Digest::of(&field(150));
+    let report = merge(&[place("all.tribosweep")], &place("store")).unwrap();
+    assert_eq!((report.added, report.blobs, report.lost_companions), (5, 1, Vec::new()));
+    assert_eq!(whole(&place("store")).blobs, 2, "a definition and what goes along");
+
+    let lose = |store: &str, damage: Option<&[u8]>| {
+        let path = Store::read(&place(store)).unwrap().blobs().path(&digest);
+        match damage {
+            Some(bytes) => fs::write(path, bytes).unwrap(),
+            None => fs::remove_file(path).unwrap(),
+        }
+    };
+    let references = |job: &JobKey, bytes: &[u8]| (RULES.examine)(job, bytes).unwrap().references;
+    for damage in [None, Some(&b"rubbish"[..])] {
+        lose("store", damage);
+        let found = Store::read(&place("store")).unwrap().verify(references).unwrap();
+        assert!(found.is_sound() && found.unreferenced_blobs == 0, "{found:?}");
+        let [lost] = &found.lost_companions[..] else { panic!("{found:?}") };
+        assert_eq!((lost.digest, lost.records), (digest, 5));
+        // A source without it says so once, and gives its records.
+        let target = place(if damage.is_some() { "damaged" } else { "lost.tribosweep" });
+        let report = merge(&[place("store")], &target).unwrap();
+        assert_eq!((report.added, report.blobs), (5, 0));
+        assert_eq!((report.faults.len(), report.incomplete.len()), (0, 0));
+        let [lost] = &report.lost_companions[..] else { panic!("{report:?}") };
+        assert_eq!((lost.digest, lost.records), (digest, 5));
+        assert_eq!(Store::read(&target).unwrap().keys().unwrap().len(), 5);
+        // Another source brings it back, although it has no record that is new.
+        let report = merge(&[place("all.tribosweep")], &place("store")).unwrap();
+        assert_eq!((report.added, report.blobs, report.lost_companions.len()), (0, 1, 0));
+        assert_eq!(whole(&place("store")).blobs, 2, "a definition and what goes along");
+    }
+    lose("store", None);
+    let needed = |job: &JobKey, bytes: &[u8]| references(job, bytes).needed;
+    assert_eq!(Store::salvage(&place("store"), needed).unwrap().kept, 5);
 }
 
 fn readers(paths: &[PathBuf]) -> Vec<StoreReader> {

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use contact::assess::Errors;
 use contact::model::{Observables, Outcome, StepOutcome};
 
+use crate::account::RunAccount;
 use crate::key::Key;
 use crate::point::StudyPoint;
 use crate::record::Record;
@@ -88,6 +89,8 @@ pub struct Row<'a> {
     pub record: Option<&'a Record>,
     /// The comparison of the record, if there is one.
     pub compared: Option<&'a Compared>,
+    /// The account of the run that computed the record, if it is known.
+    pub account: Option<&'a RunAccount>,
 }
 
 /// The distance of a solution from what it is compared with.
@@ -114,6 +117,7 @@ pub(crate) enum ColumnSource {
     End(fn(&StepOutcome) -> Value),
     Observed(fn(&Observables) -> Value),
     Compared(fn(&Compared) -> Value),
+    Account(fn(&RunAccount) -> Value),
 }
 
 impl Column {
@@ -124,7 +128,7 @@ impl Column {
 
     /// Returns its value for a point and the record that the point's job left, if it left one yet.
     pub fn value(&self, point: &StudyPoint, record: Option<&Record>) -> Value {
-        self.value_of(&Row { point, record, compared: None })
+        self.value_of(&Row { point, record, compared: None, account: None })
     }
 
     /// Returns its value for a row. A column that tells of solutions is empty where the result is
@@ -138,10 +142,10 @@ impl Column {
     /// Returns its value for a record as the job left it, solution or not: where a job has failed,
     /// that of the last iterate.
     pub fn value_left(&self, point: &StudyPoint, record: &Record) -> Value {
-        self.left_in(&Row { point, record: Some(record), compared: None })
+        self.left_in(&Row { point, record: Some(record), compared: None, account: None })
     }
 
-    fn left_in(&self, Row { point, record, compared }: &Row<'_>) -> Value {
+    fn left_in(&self, Row { point, record, compared, account }: &Row<'_>) -> Value {
         let record = *record;
         let end = || record.and_then(Record::outcome).and_then(Outcome::last);
         match self.source {
@@ -158,18 +162,29 @@ impl Column {
                 end().map_or(Value::Missing, |end| read(&end.observables))
             }
             ColumnSource::Compared(read) => compared.map_or(Value::Missing, read),
+            ColumnSource::Account(read) => account.map_or(Value::Missing, read),
         }
+    }
+
+    /// Returns whether its values come from comparing the points of a study.
+    pub fn is_compared(&self) -> bool {
+        matches!(self.source, ColumnSource::Compared(_))
     }
 
     /// Tells why it has no values while a study still chooses its points; `None` if it has.
     pub fn unknown_in_choosing(&self) -> Option<String> {
-        matches!(self.source, ColumnSource::Compared(_)).then(|| {
-            format!(
-                "`{}` is known only when the study's points are compared, after all of them are \
-                 chosen",
-                self.name
-            )
-        })
+        let name = &self.name;
+        match self.source {
+            ColumnSource::Compared(_) => Some(format!(
+                "`{name}` is known only when the study's points are compared, after all of them \
+                 are chosen"
+            )),
+            ColumnSource::Account(_) => Some(format!(
+                "`{name}` says by whom a result was computed, and what a study chooses follows \
+                 from its results alone"
+            )),
+            _ => None,
+        }
     }
 
     /// Returns whether its values are numbers, apart from missing ones.

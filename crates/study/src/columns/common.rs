@@ -6,6 +6,7 @@ use contact::model::Outcome;
 
 use super::column::{Column, ColumnSource};
 use super::result_columns::{integer, result_columns};
+use crate::account::run_name;
 use crate::record::Record;
 use crate::value::Value;
 
@@ -42,7 +43,25 @@ pub(crate) const PROVENANCE: &[Column] = result_columns! {
         ColumnSource::Record(finished);
     Provenance "program" Text "version of the program"
         ColumnSource::Record(|record| Value::Text(record.provenance.program.clone()));
+    Provenance "run" Text "run that computed it, by the first digits of its account's digest"
+        ColumnSource::Record(|record| record.provenance.run.as_ref()
+            .map_or(Value::Missing, |digest| Value::Text(run_name(digest))));
+    Provenance "commit" Text
+        "commit of the program's source, with -dirty if the source differed from it"
+        ColumnSource::Account(|account| given(account.program.short_commit().as_deref()));
+    Provenance "host" Text "host on which it was computed"
+        ColumnSource::Account(|account| given(Some(&account.machine.host)));
+    Provenance "processor" Text "model of that host's processor"
+        ColumnSource::Account(|account| given(Some(&account.machine.processor)));
 };
+
+/// Returns a text that may not be known.
+fn given(text: Option<&str>) -> Value {
+    match text {
+        None | Some("") => Value::Missing,
+        Some(text) => Value::Text(text.to_owned()),
+    }
+}
 
 /// Returns a count that only jobs of a run have.
 fn of_run(record: &Record, count: u32) -> Value {

@@ -124,6 +124,7 @@ fn every_error_has_its_column() {
         point: &StudyPoint::of_record(&record).unwrap(),
         record: Some(&record),
         compared: Some(&compared),
+        account: None,
     };
     for (name, error) in errors.named() {
         assert_eq!(
@@ -221,6 +222,26 @@ fn what_is_not_there_is_missing() {
         (Value::Number(2.0), Value::Number(0.2))
     );
     assert!(find(&columns, "colour").is_none());
+}
+
+#[test]
+fn a_run_is_told_by_its_account() {
+    let (record, account) = (solved(), crate::account::tests::account());
+    let point = StudyPoint::of_record(&record).unwrap();
+    let columns = Kind::Solve.columns([], []);
+    let values = |account: Option<&crate::RunAccount>| {
+        let row = Row { point: &point, record: Some(&record), compared: None, account };
+        ["run", "commit", "host", "processor"]
+            .map(|name| find(&columns, name).unwrap().value_of(&row).to_string())
+    };
+    let known = ["090909090909", "0123456789ab-dirty", "node7", "A Processor"];
+    assert_eq!(values(Some(&account)), known);
+    assert_eq!(values(Some(&crate::RunAccount::default())), ["090909090909", "", "", ""]);
+    assert_eq!(values(None), ["090909090909", "", "", ""]);
+    // What a study chooses must not depend on the machine.
+    let refused = ["commit", "host", "processor"]
+        .map(|name| find(&columns, name).unwrap().unknown_in_choosing().is_some());
+    assert_eq!(refused, [true; 3]);
 }
 
 #[test]

@@ -1,0 +1,126 @@
+//! The subjects whose sources a study should cite: what its jobs use.
+
+use std::collections::BTreeMap;
+
+use contact::literature::CitedSubject;
+use contact::model::{Effect, Method, Numerics, Shape};
+use contact::problem::Effects;
+use contact::punch::Surfaces;
+use rayon::prelude::*;
+use study::{Adaptive, Case, Job, Kind, Study, StudyPoint};
+
+use crate::effects::effects;
+use crate::error::AnswerError;
+use crate::kind::forecast;
+
+/// A subject, and the number of jobs that use it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UsedSubject {
+    /// The subject.
+    pub subject: CitedSubject,
+    /// The number of jobs.
+    pub jobs: usize,
+}
+
+/// Returns the subjects that some points of a study use, in the order of [`CitedSubject::all`].
+///
+/// # Errors
+/// A scene has no meaning, or its surfaces are missing.
+pub fn used_subjects(
+    study: &Study,
+    points: &[StudyPoint],
+) -> Result<Vec<UsedSubject>, AnswerError> {
+    let jobs: BTreeMap<_, &Job> = points.iter().map(|point| (point.key, &point.job)).collect();
+    let jobs: Vec<&Job> = jobs.into_values().collect();
+    let of_jobs: Vec<Vec<CitedSubject>> =
+        jobs.par_iter().map(|job| of_job(job, study.surfaces())).collect::<Result<_, _>>()?;
+    let mut counts: BTreeMap<CitedSubject, usize> = BTreeMap::new();
+    for subject in of_jobs.into_iter().flatten() {
+        *counts.entry(subject).or_default() += 1;
+    }
+    if uses_ladder(study) {
+        counts.insert(CitedSubject::Ladder, jobs.len());
+    }
+    let used = |subject: CitedSubject| {
+        let jobs = *counts.get(&subject)?;
+        Some(UsedSubject { subject, jobs })
+    };
+    Ok(CitedSubject::all().into_iter().filter_map(used).collect())
+}
+
+/// Returns true if a study takes the limit of what meshes of several sizes give.
+fn uses_ladder(study: &Study) -> bool {
+    matches!(study.kind(), Kind::Convergence | Kind::Cost)
+        || matches!(study.adaptive(), Some(Adaptive::Accuracy(_)))
+}
+
+/// Returns the subjects that a job uses, each once.
+fn of_job(job: &Job, surfaces: &Surfaces) -> Result<Vec<CitedSubject>, AnswerError> {
+    let mut used = vec![CitedSubject::Equation];
+    match job {
+        Job::Solve(case) | Job::Cost { case, .. } => {
+            let listed = effects(case, surfaces)?;
+            let is_left_out = |effect: Effect| {
+                listed.lines.iter().any(|line| line.effect == effect && !line.simulated)
+            };
+            let asymmetries = [Effect::AsymmetryX, Effect::AsymmetryY];
+            match listed.solver.method {
+                Method::Seidel => used.push(CitedSubject::Seidel),
+                Method::Newton | Method::Auto => {
+                    used.push(CitedSubject::Newton);
+                    if asymmetries.into_iter().any(is_left_out) {
+                        used.push(CitedSubject::MirrorPlanes);
+                    }
+                }
+            }
+            let simulated = listed.lines.iter().filter(|line| line.simulated);
+            used.extend(simulated.map(|line| CitedSubject::Effect(line.effect)));
+        }
+        // A search leaves out nothing.
+        Job::Multiplicity { case, .. } => {
+            used.extend([CitedSubject::Newton, CitedSubject::Seidel, CitedSubject::Multiplicity]);
+            let Case { scene, numerics, .. } = case;
+            let elements = forecast(job, surfaces)?.elements;
+            let numerics = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..numerics.clone() };
+            let effects = Effects::of(scene, &numerics, elements, surfaces)?;
+            let simulated = effects.decisions().iter().filter(|decision| decision.on);
+            used.extend(simulated.map(|decision| CitedSubject::Effect(decision.effect)));
+        }
+        Job::Uniqueness { question, .. } => {
+            used.push(CitedSubject::Uniqueness);
+            if !question.foundation.layers.is_empty() {
+                used.push(CitedSubject::Effect(Effect::Layers));
+            }
+        }
+    }
+    match job.case().map(|case| &case.scene.punch.shape) {
+        Some(Shape::HeightMap { .. }) => used.push(CitedSubject::HeightMap),
+        Some(Shape::WheelOnRail(_)) => used.push(CitedSubject::Profiles),
+        _ => {}
+    }
+    Ok(used)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::study;
+
+    fn used(tables: &str) -> Vec<(&'static str, usize)> {
+        let study = study(tables);
+        let used = used_subjects(&study, &study.points()).unwrap();
+        used.into_iter().map(|used| (used.subject.title(), used.jobs)).collect()
+    }
+
+    #[test]
+    fn a_study_cites_what_its_jobs_use() {
+        let alike = [("equation", 1), ("newton", 1), ("friction", 1), ("coupling", 1)];
+        let directions = [("traction-x", 1), ("traction-y", 1), ("mirror planes", 1)];
+        assert_eq!(used(""), [&alike[..], &directions].concat());
+        let frictionless = used("[sweep]\nfriction.mu = [0, 0.3]\n");
+        assert!(frictionless.contains(&("equation", 2)) && frictionless.contains(&("friction", 1)));
+        let seidel = used("method = \"seidel\"\n");
+        assert!(seidel.contains(&("seidel", 1)), "{seidel:?}");
+        assert!(!seidel.iter().any(|(title, _)| ["newton", "mirror planes"].contains(title)));
+    }
+}

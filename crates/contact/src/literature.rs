@@ -1,0 +1,450 @@
+//! The one list of the works that the method and the effects are taken from.
+//!
+//! [`sources`] says for every [`CitedSubject`] which works treat it, or what was derived here. The
+//! comments of the code cite the same works where they use them.
+
+use serde::Serialize;
+
+use crate::model::Effect;
+
+/// A work that can be cited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct CitedWork {
+    /// The name in a bibliography: the first author and the year.
+    pub key: &'static str,
+    /// The form of the publication.
+    pub form: WorkForm,
+    /// The authors, each with the family name first.
+    pub authors: &'static [&'static str],
+    /// The title.
+    pub title: &'static str,
+    /// The journal, or the publisher of a book.
+    pub published_in: &'static str,
+    /// The volume; empty if there is none.
+    pub volume: &'static str,
+    /// The pages; empty if the work is cited as a whole.
+    pub pages: &'static str,
+    /// The year; `None` if the source of the citation has none.
+    pub year: Option<u32>,
+    /// The digital object identifier; `None` if the sources of this project have none.
+    pub doi: Option<&'static str>,
+}
+
+/// The form of a publication.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WorkForm {
+    /// A paper in a journal.
+    Article,
+    /// A book.
+    Book,
+}
+
+/// A part of the program that has sources.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum CitedSubject {
+    /// The equation that is solved and its discretisation.
+    Equation,
+    /// Newton's method and its linear solver.
+    Newton,
+    /// Seidel's iteration.
+    Seidel,
+    /// An effect that is simulated.
+    Effect(Effect),
+    /// The mirror planes, where an asymmetry is left out.
+    MirrorPlanes,
+    /// The surface through the pixels of a height map.
+    HeightMap,
+    /// The smoothing of the profiles of a wheel and a rail.
+    Profiles,
+    /// The limit of a ladder of meshes, and its uncertainty.
+    Ladder,
+    /// The search for several solutions.
+    Multiplicity,
+    /// The ends of uniqueness sets.
+    Uniqueness,
+}
+
+impl CitedSubject {
+    /// Returns every subject.
+    pub fn all() -> Vec<CitedSubject> {
+        let effects = Effect::ALL.map(CitedSubject::Effect);
+        let before = [CitedSubject::Equation, CitedSubject::Newton, CitedSubject::Seidel];
+        let after = [
+            CitedSubject::MirrorPlanes,
+            CitedSubject::HeightMap,
+            CitedSubject::Profiles,
+            CitedSubject::Ladder,
+            CitedSubject::Multiplicity,
+            CitedSubject::Uniqueness,
+        ];
+        [&before[..], &effects, &after].concat()
+    }
+
+    /// Returns what it is called in a list of references.
+    pub fn title(self) -> &'static str {
+        match self {
+            CitedSubject::Equation => "equation",
+            CitedSubject::Newton => "newton",
+            CitedSubject::Seidel => "seidel",
+            CitedSubject::Effect(effect) => effect.name(),
+            CitedSubject::MirrorPlanes => "mirror planes",
+            CitedSubject::HeightMap => "height map",
+            CitedSubject::Profiles => "profiles",
+            CitedSubject::Ladder => "ladder of meshes",
+            CitedSubject::Multiplicity => "multiplicity",
+            CitedSubject::Uniqueness => "uniqueness",
+        }
+    }
+}
+
+/// The sources of a subject.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sources {
+    /// The works.
+    pub works: &'static [&'static CitedWork],
+    /// The part that was derived in this project; empty if the works have everything.
+    pub derived: &'static str,
+}
+
+/// Returns the sources of a subject: works, or what was derived here, or both.
+pub fn sources(subject: CitedSubject) -> Sources {
+    let works = |works: &'static [&'static CitedWork]| Sources { works, derived: "" };
+    let derived = |derived: &'static str| Sources { works: &[], derived };
+    match subject {
+        CitedSubject::Equation => works(&[&ALEXANDROV, &JOHNSON]),
+        CitedSubject::Newton => Sources {
+            works: &[&CHRISTENSEN, &SAAD, &DANIEL, &CHAN],
+            derived: "the reduction to the unknowns of contact and the preconditioner",
+        },
+        CitedSubject::Seidel => Sources {
+            works: &[&ALEXANDROV],
+            derived: "one step length for both tangential rows, where elements are not square",
+        },
+        CitedSubject::Effect(Effect::Friction) => works(&[&ALEXANDROV]),
+        CitedSubject::Effect(Effect::Coupling) => works(&[&JOHNSON]),
+        CitedSubject::Effect(Effect::TractionX | Effect::TractionY) => {
+            derived("the conditions under which one direction of traction stays empty")
+        }
+        CitedSubject::Effect(Effect::AsymmetryX | Effect::AsymmetryY) => {
+            derived("the conditions under which the two sides of the domain are mirror images")
+        }
+        CitedSubject::Effect(Effect::Layers) => Sources {
+            works: &[&TALMAN],
+            derived: "the surface compliance of bonded layers by decaying exponentials only",
+        },
+        CitedSubject::Effect(Effect::Regularisation | Effect::Ceiling) => works(&[&ALEXANDROV]),
+        CitedSubject::Effect(Effect::History) => {
+            derived("the equation of an increment, with slip counted from the increment before")
+        }
+        CitedSubject::Effect(Effect::LoadControl) => {
+            derived("the motions that forces govern as unknowns beside the tractions")
+        }
+        CitedSubject::MirrorPlanes => works(&[&MAKHOUL]),
+        CitedSubject::HeightMap => works(&[&AKIMA_ROW, &AKIMA_SURFACE]),
+        CitedSubject::Profiles => works(&[&REINSCH]),
+        CitedSubject::Ladder => works(&[&ROACHE, &ECA]),
+        CitedSubject::Multiplicity => works(&[&FARRELL, &STEELE]),
+        CitedSubject::Uniqueness => Sources {
+            works: &[&ALEXANDROV, &KNYAZEV, &NOCEDAL, &LEWIS],
+            derived: "both sides of the bracket: the certificate below and the witness above",
+        },
+    }
+}
+
+const ALEXANDROV: CitedWork = CitedWork {
+    key: "alexandrov",
+    form: WorkForm::Article,
+    authors: &["Alexandrov, A. I."],
+    title: "The solution of elastic contact problems with the use of nonlinear integral equations",
+    published_in: "Reports of the National Academy of Sciences of Ukraine",
+    volume: "",
+    pages: "",
+    year: None,
+    doi: None,
+};
+
+const JOHNSON: CitedWork = CitedWork {
+    key: "johnson1985",
+    form: WorkForm::Book,
+    authors: &["Johnson, K. L."],
+    title: "Contact Mechanics",
+    published_in: "Cambridge University Press",
+    volume: "",
+    pages: "",
+    year: Some(1985),
+    doi: None,
+};
+
+const CHRISTENSEN: CitedWork = CitedWork {
+    key: "christensen1998",
+    form: WorkForm::Article,
+    authors: &["Christensen, P. W.", "Klarbring, A.", "Pang, J. S.", "Strömberg, N."],
+    title: "Formulation and comparison of algorithms for frictional contact problems",
+    published_in: "International Journal for Numerical Methods in Engineering",
+    volume: "42",
+    pages: "145–173",
+    year: Some(1998),
+    doi: Some("10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L"),
+};
+
+const SAAD: CitedWork = CitedWork {
+    key: "saad1986",
+    form: WorkForm::Article,
+    authors: &["Saad, Y.", "Schultz, M. H."],
+    title: "GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems",
+    published_in: "SIAM Journal on Scientific and Statistical Computing",
+    volume: "7",
+    pages: "856–869",
+    year: Some(1986),
+    doi: Some("10.1137/0907058"),
+};
+
+const DANIEL: CitedWork = CitedWork {
+    key: "daniel1976",
+    form: WorkForm::Article,
+    authors: &["Daniel, J. W.", "Gragg, W. B.", "Kaufman, L.", "Stewart, G. W."],
+    title: "Reorthogonalization and stable algorithms for updating the Gram–Schmidt QR factorization",
+    published_in: "Mathematics of Computation",
+    volume: "30",
+    pages: "772–795",
+    year: Some(1976),
+    doi: Some("10.1090/S0025-5718-1976-0431641-8"),
+};
+
+const CHAN: CitedWork = CitedWork {
+    key: "chan1988",
+    form: WorkForm::Article,
+    authors: &["Chan, T. F."],
+    title: "An optimal circulant preconditioner for Toeplitz systems",
+    published_in: "SIAM Journal on Scientific and Statistical Computing",
+    volume: "9",
+    pages: "766–771",
+    year: Some(1988),
+    doi: Some("10.1137/0909051"),
+};
+
+const MAKHOUL: CitedWork = CitedWork {
+    key: "makhoul1980",
+    form: WorkForm::Article,
+    authors: &["Makhoul, J."],
+    title: "A fast cosine transform in one and two dimensions",
+    published_in: "IEEE Transactions on Acoustics, Speech, and Signal Processing",
+    volume: "28",
+    pages: "27–34",
+    year: Some(1980),
+    doi: Some("10.1109/TASSP.1980.1163351"),
+};
+
+const TALMAN: CitedWork = CitedWork {
+    key: "talman1978",
+    form: WorkForm::Article,
+    authors: &["Talman, J. D."],
+    title: "Numerical Fourier and Bessel transforms in logarithmic variables",
+    published_in: "Journal of Computational Physics",
+    volume: "29",
+    pages: "35–48",
+    year: Some(1978),
+    doi: None,
+};
+
+const AKIMA_ROW: CitedWork = CitedWork {
+    key: "akima1970",
+    form: WorkForm::Article,
+    authors: &["Akima, H."],
+    title: "A new method of interpolation and smooth curve fitting based on local procedures",
+    published_in: "Journal of the ACM",
+    volume: "17",
+    pages: "589–602",
+    year: Some(1970),
+    doi: Some("10.1145/321607.321609"),
+};
+
+const AKIMA_SURFACE: CitedWork = CitedWork {
+    key: "akima1974",
+    form: WorkForm::Article,
+    authors: &["Akima, H."],
+    title: "A method of bivariate interpolation and smooth surface fitting based on local procedures",
+    published_in: "Communications of the ACM",
+    volume: "17",
+    pages: "18–20",
+    year: Some(1974),
+    doi: Some("10.1145/360767.360779"),
+};
+
+const REINSCH: CitedWork = CitedWork {
+    key: "reinsch1967",
+    form: WorkForm::Article,
+    authors: &["Reinsch, C. H."],
+    title: "Smoothing by spline functions",
+    published_in: "Numerische Mathematik",
+    volume: "10",
+    pages: "177–183",
+    year: Some(1967),
+    doi: Some("10.1007/BF02162161"),
+};
+
+const ROACHE: CitedWork = CitedWork {
+    key: "roache1997",
+    form: WorkForm::Article,
+    authors: &["Roache, P. J."],
+    title: "Quantification of uncertainty in computational fluid dynamics",
+    published_in: "Annual Review of Fluid Mechanics",
+    volume: "29",
+    pages: "123–160",
+    year: Some(1997),
+    doi: Some("10.1146/annurev.fluid.29.1.123"),
+};
+
+const ECA: CitedWork = CitedWork {
+    key: "eca2014",
+    form: WorkForm::Article,
+    authors: &["Eça, L.", "Hoekstra, M."],
+    title: "A procedure for the estimation of the numerical uncertainty of CFD calculations based \
+            on grid refinement studies",
+    published_in: "Journal of Computational Physics",
+    volume: "262",
+    pages: "104–130",
+    year: Some(2014),
+    doi: Some("10.1016/j.jcp.2014.01.006"),
+};
+
+const FARRELL: CitedWork = CitedWork {
+    key: "farrell2015",
+    form: WorkForm::Article,
+    authors: &["Farrell, P. E.", "Birkisson, Á.", "Funke, S. W."],
+    title: "Deflation techniques for finding distinct solutions of nonlinear partial differential \
+            equations",
+    published_in: "SIAM Journal on Scientific Computing",
+    volume: "37",
+    pages: "A2026–A2045",
+    year: Some(2015),
+    doi: Some("10.1137/140984798"),
+};
+
+const STEELE: CitedWork = CitedWork {
+    key: "steele2014",
+    form: WorkForm::Article,
+    authors: &["Steele, G. L.", "Lea, D.", "Flood, C. H."],
+    title: "Fast splittable pseudorandom number generators",
+    published_in: "ACM SIGPLAN Notices",
+    volume: "49",
+    pages: "453–472",
+    year: Some(2014),
+    doi: Some("10.1145/2714064.2660195"),
+};
+
+const KNYAZEV: CitedWork = CitedWork {
+    key: "knyazev2001",
+    form: WorkForm::Article,
+    authors: &["Knyazev, A. V."],
+    title: "Toward the optimal preconditioned eigensolver: locally optimal block preconditioned \
+            conjugate gradient method",
+    published_in: "SIAM Journal on Scientific Computing",
+    volume: "23",
+    pages: "517–541",
+    year: Some(2001),
+    doi: None,
+};
+
+const NOCEDAL: CitedWork = CitedWork {
+    key: "nocedal2006",
+    form: WorkForm::Book,
+    authors: &["Nocedal, J.", "Wright, S. J."],
+    title: "Numerical Optimization, 2nd edition",
+    published_in: "Springer",
+    volume: "",
+    pages: "",
+    year: Some(2006),
+    doi: None,
+};
+
+const LEWIS: CitedWork = CitedWork {
+    key: "lewis2013",
+    form: WorkForm::Article,
+    authors: &["Lewis, A. S.", "Overton, M. L."],
+    title: "Nonsmooth optimization via quasi-Newton methods",
+    published_in: "Mathematical Programming",
+    volume: "141",
+    pages: "135–163",
+    year: Some(2013),
+    doi: None,
+};
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    /// Returns true if a text has the form of a DOI: 10, four to nine digits, and a suffix without
+    /// blanks.
+    fn is_doi(text: &str) -> bool {
+        let Some((registrant, suffix)) =
+            text.strip_prefix("10.").and_then(|rest| rest.split_once('/'))
+        else {
+            return false;
+        };
+        (4..=9).contains(&registrant.len())
+            && registrant.bytes().all(|byte| byte.is_ascii_digit())
+            && !suffix.is_empty()
+            && suffix.bytes().all(|byte| byte.is_ascii_graphic())
+    }
+
+    #[test]
+    fn every_subject_has_a_source_or_was_derived_here() {
+        for subject in CitedSubject::all() {
+            let Sources { works, derived } = sources(subject);
+            assert!(!works.is_empty() || !derived.is_empty(), "{subject:?}");
+        }
+        for effect in Effect::ALL {
+            assert!(CitedSubject::all().contains(&CitedSubject::Effect(effect)), "{effect:?}");
+        }
+    }
+
+    #[test]
+    fn works_are_cited_in_full_and_named_once() {
+        let mut known: BTreeMap<&str, &CitedWork> = BTreeMap::new();
+        for work in CitedSubject::all().into_iter().flat_map(|subject| sources(subject).works) {
+            assert_eq!(**known.entry(work.key).or_insert(work), **work, "{}", work.key);
+        }
+        for work in known.values() {
+            assert!(!work.authors.is_empty() && !work.title.is_empty(), "{work:?}");
+            assert!(work.authors.iter().all(|author| author.contains(", ")), "{work:?}");
+            assert!(!work.published_in.is_empty(), "{work:?}");
+            assert!(work.doi.is_none_or(is_doi), "{work:?}");
+            let is_placed = work.form == WorkForm::Book || !work.volume.is_empty();
+            assert!(is_placed || work.key == "alexandrov", "{work:?}");
+            let year = work.year.map(|year| year.to_string()).unwrap_or_default();
+            assert!(work.key.ends_with(&year), "{work:?}");
+        }
+        let dois: Vec<&str> = known.values().filter_map(|work| work.doi).collect();
+        assert!(dois.len() >= 10, "{dois:?}");
+        for (text, expected) in
+            [("10.1137/0907058", true), ("10.1/x", false), ("10.1137/", false), ("x", false)]
+        {
+            assert_eq!(is_doi(text), expected, "{text}");
+        }
+    }
+
+    /// The list and the comments of the code say the same.
+    #[test]
+    fn every_doi_of_the_list_stands_where_the_work_is_used() {
+        fn texts(directory: &std::path::Path, found: &mut String) {
+            for entry in std::fs::read_dir(directory).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    texts(&path, found);
+                } else if !path.ends_with("literature.rs") {
+                    found.push_str(&std::fs::read_to_string(&path).unwrap());
+                }
+            }
+        }
+        let mut code = String::new();
+        let source = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        texts(&source, &mut code);
+        for work in CitedSubject::all().into_iter().flat_map(|subject| sources(subject).works) {
+            assert!(work.doi.is_none_or(|doi| code.contains(doi)), "{work:?}");
+        }
+    }
+}
