@@ -1,29 +1,30 @@
 //! Stores that are read.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use answers::Selection;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use report::{Cell, CellType};
-use tribosweep::library::{ReadStore, StoredFields, TypedTable};
+use report::TypedColumn;
+use tribosweep::library::{ReadStore, StoredFields, TypedTable, TypedValues};
 
-use crate::fields::arrays;
-use crate::study::{described, outline};
-use crate::threads::detached;
+use crate::fields::{arrays, path_arrays};
+use crate::study::{described, outline, problem_arrays};
+use crate::threads::{detached, interruptible};
 
 /// A store that is read beside whatever run is writing it.
 #[pyclass(frozen, module = "tribosweep._native")]
 pub(crate) struct Store {
-    store: ReadStore,
+    store: Arc<ReadStore>,
 }
 
 #[pymethods]
 impl Store {
     #[new]
     fn new(py: Python<'_>, directory: PathBuf) -> PyResult<Self> {
-        Ok(Store { store: detached(py, || ReadStore::open(&directory))? })
+        Ok(Store { store: Arc::new(detached(py, || ReadStore::open(&directory))?) })
     }
 
     /// Returns what is to be said of the place from which records are read.
@@ -66,8 +67,13 @@ impl Store {
         steps: bool,
     ) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let selection = Selection { filter, sort, columns, steps };
-        let table = detached(py, || self.store.table(name, selection))?;
-        (0..table.columns.len()).map(|index| column(py, &table, index)).collect()
+        let TypedTable { columns, values } = detached(py, || self.store.table(name, selection))?;
+        columns.into_iter().zip(values).map(|(head, values)| column(py, head, values)).collect()
+    }
+
+    /// Returns the key in full that begins with some characters.
+    fn key(&self, py: Python<'_>, beginning: &str) -> PyResult<String> {
+        detached(py, || self.store.key(beginning))
     }
 
     /// Returns the fields of the result whose key begins with some characters.
@@ -79,6 +85,29 @@ impl Store {
         Ok(named)
     }
 
+    /// Returns the fields of all increments of the result whose key begins with some characters.
+    fn path_fields<'py>(&self, py: Python<'py>, key: String) -> PyResult<Bound<'py, PyDict>> {
+        let store = Arc::clone(&self.store);
+        let fields = interruptible(py, move |cancellation| store.path_fields(&key, cancellation))?;
+        path_arrays(py, fields)
+    }
+
+    /// Returns the discrete friction problem of an increment of the result whose key begins with
+    /// some characters.
+    #[pyo3(signature = (key, increment))]
+    fn friction_problem<'py>(
+        &self,
+        py: Python<'py>,
+        key: String,
+        increment: Option<u64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let store = Arc::clone(&self.store);
+        let problem = interruptible(py, move |cancellation| {
+            store.friction_problem(&key, increment, cancellation)
+        })?;
+        problem_arrays(py, problem)
+    }
+
     /// Returns everything about the result whose key begins with some characters, as JSON.
     fn show(&self, py: Python<'_>, key: &str) -> PyResult<String> {
         detached(py, || Ok(self.store.show(key)?.to_string()))
@@ -87,40 +116,22 @@ impl Store {
 
 /// Returns a column with its values. Where a whole number is missing there is 0 and `missing` is
 /// true; a missing number is NaN, a missing text None.
-fn column<'py>(py: Python<'py>, table: &TypedTable, index: usize) -> PyResult<Bound<'py, PyDict>> {
-    let column = &table.columns[index];
-    let cells = || table.rows.rows().iter().map(|row| &row[index]);
+fn column<'py>(
+    py: Python<'py>,
+    column: TypedColumn,
+    values: TypedValues,
+) -> PyResult<Bound<'py, PyDict>> {
     let entry = PyDict::new(py);
-    entry.set_item("name", &column.head.name)?;
-    entry.set_item("unit", &column.head.unit)?;
-    entry.set_item("meaning", &column.meaning)?;
-    match column.cells {
-        CellType::Integer => {
-            let value = |cell: &Cell| match cell {
-                Cell::Integer(value) => *value,
-                _ => 0,
-            };
-            let missing: Vec<bool> = cells().map(|cell| *cell == Cell::Missing).collect();
-            entry.set_item("values", cells().map(value).collect::<Vec<i64>>().into_pyarray(py))?;
+    entry.set_item("name", column.head.name)?;
+    entry.set_item("unit", column.head.unit)?;
+    entry.set_item("meaning", column.meaning)?;
+    match values {
+        TypedValues::Integer { values, missing } => {
+            entry.set_item("values", values.into_pyarray(py))?;
             entry.set_item("missing", missing.into_pyarray(py))?;
         }
-        CellType::Number => {
-            let value = |cell: &Cell| match cell {
-                Cell::Number(value) => *value,
-                Cell::Integer(value) => *value as f64,
-                _ => f64::NAN,
-            };
-            entry.set_item("values", cells().map(value).collect::<Vec<f64>>().into_pyarray(py))?;
-        }
-        CellType::Text => {
-            let value = |cell: &Cell| match cell {
-                Cell::Text(text) => Some(text.clone()),
-                Cell::Integer(value) => Some(value.to_string()),
-                Cell::Number(value) => Some(value.to_string()),
-                Cell::Missing => None,
-            };
-            entry.set_item("values", cells().map(value).collect::<Vec<Option<String>>>())?;
-        }
+        TypedValues::Number(values) => entry.set_item("values", values.into_pyarray(py))?,
+        TypedValues::Text(values) => entry.set_item("values", values)?,
     }
     Ok(entry)
 }
