@@ -42,6 +42,21 @@ def test_stubs_agree_with_the_module():
     assert done.returncode == 0, done.stdout
 
 
+def test_the_package_keeps_to_the_python_that_it_requires():
+    pytest.importorskip("mypy")
+    project = tomllib.loads((ROOT / "python" / "pyproject.toml").read_text())["project"]
+    floor = project["requires-python"].removeprefix(">=")
+    # Names and syntax that came later are errors to mypy.
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--python-version", floor, "--ignore-missing-imports",
+         "--disable-error-code=import-untyped", "-p", "tribosweep"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+
+
 def test_the_command_comes_with_the_package():
     assert tribosweep.program().startswith(sysconfig.get_path("scripts"))
     said = subprocess.run([tribosweep.program(), "--version"], stdout=subprocess.PIPE, text=True)

@@ -1,7 +1,10 @@
 import json
 import multiprocessing
+import os
+import signal
 import subprocess
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -100,6 +103,27 @@ def test_python_goes_on_while_a_scene_is_solved(scene):
     done.set()
     thread.join()
     assert len(ticks) > 3
+
+
+def test_an_interrupt_gives_a_solve_up(scene):
+    # A path that takes far longer than the test.
+    scene["loading"] = {"steps": [{"approach": "20 um", "shift_x": "4 um", "increments": 1000}]}
+    sent = []
+
+    def interrupt():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.3, interrupt)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        tribosweep.solve(scene, {"mesh": 128})
+    assert sent, "the interrupt came from here"
+    # No thread goes on with the work that nobody wants.
+    before = time.process_time()
+    time.sleep(0.3)
+    assert time.process_time() - before < 0.2
+    assert tribosweep.solve(scene | {"loading": {"steps": [{"approach": "20 um"}]}}).certified
 
 
 def load_of(scene):
