@@ -9,7 +9,7 @@ pub enum TypedValues {
     Integer {
         /// The numbers.
         values: Vec<i64>,
-        /// Whether each is missing.
+        /// The fact that a number is missing, for each of them.
         missing: Vec<bool>,
     },
     /// Numbers; a missing one is NaN.

@@ -22,17 +22,19 @@ pub struct SolvedIncrement<'a> {
     pub(super) tractions: &'a [f64],
 }
 
-/// The discrete friction problem of one increment: forces r and displacements u of n elements with
+/// The discrete friction problem of one increment, which consists of forces r and displacements u
+/// of n elements.
 ///
-/// u = W r + q,  0 ≤ u_N ⊥ r_N ≥ 0,  ‖r_T‖ ≤ μ r_N,  and r_T = −μ r_N u_T / ‖u_T‖ where there is
-/// slip.
+/// The problem is u = W r + q with 0 ≤ u_N ⊥ r_N ≥ 0 and ‖r_T‖ ≤ μ r_N, and with r_T =
+/// −μ r_N u_T / ‖u_T‖ where there is slip. Vectors have 3n entries, (N, x, y) of each element after
+/// the other. r_N is positive in compression and (r_x, r_y) is the force of the punch on the
+/// foundation \[N\]; u_N is the gap, and (u_x, u_y) the slip of the foundation's surface relative to
+/// the punch since the increment before \[m\].
 ///
-/// Vectors have 3n entries, (N, x, y) of each element after the other. r_N is positive in
-/// compression and (r_x, r_y) is the force of the punch on the foundation \[N\]; u_N is the gap, and
-/// (u_x, u_y) the slip of the foundation's surface relative to the punch since the increment before
-/// \[m\]. W = (A + ε) / |e| with the area |e| of an element, and q = −f: the gap and the slip that
-/// there would be without any force, at the motion of the punch that the solution has. It is the
-/// local problem of FCLIB (Acary, Brémond, Huber, <https://github.com/FrictionalContactLibrary>).
+/// W = (A + ε) / |e| with the area |e| of an element, and q = −f, which are the gap and the slip
+/// that there would be without any force, at the motion of the punch that the solution has. It is
+/// the local problem of FCLIB (Acary, Brémond and Huber 2018,
+/// <https://github.com/FrictionalContactLibrary>).
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrictionProblem {
     /// The elements of Ω that the punch has a sole above, as indices of the [`Fields`], ascending.
