@@ -18,6 +18,8 @@ use crate::{fields, output, stored};
 
 /// Shows one result, its path or one of its fields.
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
+    let (name, file) = (args.field.as_deref(), args.output.as_deref());
+    fields::check_field(name, file)?;
     let reader = read_store(&args.store.store)?;
     let key = find_key(&reader, &args.key)?;
     let bytes = reader.get(&key)?.context("the record was removed while it was looked up")?;
@@ -31,9 +33,7 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
             output::print(&path.terminal(&layout()))
         };
     }
-    if args.field.is_some() || args.output.is_some() {
-        let (name, file) = (args.field.as_deref(), args.output.as_deref());
-        fields::check_field(name, file)?;
+    if name.is_some() || file.is_some() {
         if !record.is_certified() {
             output::say(
                 "not certified: the field is that of the last iterate, which is no solution",
