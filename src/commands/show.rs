@@ -34,11 +34,13 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
         };
     }
     if name.is_some() || file.is_some() {
-        if !record.is_certified() {
-            output::say(
-                "not certified: the field is that of the last iterate, which is no solution",
-            );
-        }
+        let say_doubt = || {
+            if !record.is_certified() {
+                output::say(
+                    "not certified: the field is that of the last iterate, which is no solution",
+                );
+            }
+        };
         if let Some(file) = file.filter(|_| fields::is_series(file)) {
             share_among(0)?;
             fields::only_of_a_search(args.solution)?;
@@ -46,7 +48,9 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
             let study = study_with_files(&reader, &job)?;
             let surfaces = study.as_ref().map(Study::surfaces).cloned().unwrap_or_default();
             let path = PathJob { job, surfaces: &surfaces, record: Some(&record) };
-            return write_series(&path, name, file);
+            let finish = write_series(&path, name, file)?;
+            say_doubt();
+            return Ok(finish);
         }
         let fields = match record.multiplicity() {
             Some(found) => fields::solution_fields(found, args.solution)?,
@@ -55,6 +59,7 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
                 stored::fields(reader.blobs(), &record)?
             }
         };
+        say_doubt();
         return fields::show_field(&fields, name, file);
     }
     let end = record.outcome().filter(|_| record.is_certified()).and_then(Outcome::last);
