@@ -27,7 +27,7 @@ impl PathJob<'_> {
             Job::Solve(case) | Job::Cost { case, .. } => Ok(case),
             Job::Multiplicity { .. } => bail!(
                 "a search for several solutions keeps the fields of its last increment only; solve \
-                 its scene by a study without `[multiplicity]`"
+                 its scene by a study of another kind"
             ),
             Job::Uniqueness { .. } => bail!("a study of uniqueness sets follows no loading path"),
         }

@@ -58,6 +58,8 @@ impl StudyText {
 pub struct SolvedResult {
     /// The JSON that `solve --json` prints.
     pub json: serde_json::Value,
+    /// The canonical text of the job.
+    pub job: String,
     /// The columns of the figures in it.
     pub columns: Vec<Column>,
     /// The fields, if it has some.
@@ -86,7 +88,8 @@ pub fn solve(study: &Study, cancellation: &Cancellation) -> Result<SolvedResult>
         _ => None,
     };
     let (columns, doubts) = (job.kind().columns([], []), solution.doubts());
-    Ok(SolvedResult { json, columns, fields: of_search.or(solution.fields), doubts })
+    let job = record.job.clone();
+    Ok(SolvedResult { json, job, columns, fields: of_search.or(solution.fields), doubts })
 }
 
 pub use crate::typed_values::{TypedTable, TypedValues};

@@ -58,6 +58,7 @@ pub(crate) fn solve<'py>(
         interruptible(py, move |cancellation| library::solve(&text.study()?, cancellation))?;
     let solved = PyDict::new(py);
     solved.set_item("json", result.json.to_string())?;
+    solved.set_item("job", result.job)?;
     solved.set_item("columns", described(py, &result.columns)?)?;
     solved.set_item("doubts", result.doubts)?;
     solved.set_item("fields", result.fields.map(|fields| arrays(py, fields)).transpose()?)?;

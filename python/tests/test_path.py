@@ -126,7 +126,8 @@ def test_what_has_no_path_says_so(scene, store, tmp_path):
         "name": "several",
         "scene": scene,
         "numerics": {"mesh": 6},
-        "multiplicity": {"random": 1},
+        "kind": "multiplicity",
+        "search": {"starts": 1},
     }
     with pytest.raises(tribosweep.Error, match="keeps the fields of its last increment only"):
         tribosweep.solve(study).arrays(steps=True)

@@ -29,6 +29,7 @@ class _Column(TypedDict):
 
 class _Solved(TypedDict):
     json: str
+    job: str
     columns: list[_Described]
     doubts: list[str]
     fields: Optional[dict[str, Any]]

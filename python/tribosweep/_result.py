@@ -83,7 +83,7 @@ class Result:
 
     def __init__(self, solved: Any, source: Source) -> None:
         # What the path is solved from again, where more of it is asked for.
-        self._source = source
+        self._source = (*source, solved["job"])
         #: Everything that `tribosweep solve --json` prints.
         self.json: dict[str, Any] = json.loads(solved["json"])
         #: What is to be doubted, in words.
@@ -121,7 +121,7 @@ class Result:
         is solved again.
         """
         if steps:
-            return _native.path_fields(*self._source, json.dumps(self.job))
+            return _native.path_fields(*self._source)
         if self._fields is None:
             raise AttributeError("this kind of study leaves no fields")
         return self._fields
@@ -169,7 +169,7 @@ class Result:
         True
         """
         check_increment(increment)
-        return _native.friction_problem(*self._source, json.dumps(self.job), increment)
+        return _native.friction_problem(*self._source, increment)
 
     def fclib(
         self, path: Union[str, os.PathLike[str]], increment: Optional[int] = None
