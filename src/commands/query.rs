@@ -54,16 +54,11 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
             proposal::command(&args.store.store, ["query", &args.name, "--shard", &part])
         );
     }
-    let results = Results::read(study, &source)?;
     if args.columns {
-        return write(
-            args,
-            format,
-            TableRows::Whole(columns(results.study(), args.steps)?),
-            &selection,
-            results.study(),
-        );
+        let listed = TableRows::Whole(columns(&study, args.steps)?);
+        return write(args, format, listed, &selection, &study);
     }
+    let results = Results::read(study, &source)?;
     if selection.columns.is_empty() {
         selection.columns = results.usual_columns(args.steps)?;
     }

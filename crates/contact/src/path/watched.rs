@@ -28,8 +28,8 @@ pub struct SolvedIncrement<'a> {
 /// The problem is u = W r + q with 0 ≤ u_N ⊥ r_N ≥ 0 and ‖r_T‖ ≤ μ r_N, and with r_T =
 /// −μ r_N u_T / ‖u_T‖ where there is slip. Vectors have 3n entries, (N, x, y) of each element after
 /// the other. r_N is positive in compression and (r_x, r_y) is the force of the punch on the
-/// foundation \[N\]; u_N is the gap, and (u_x, u_y) the slip of the foundation's surface relative to
-/// the punch since the increment before \[m\].
+/// foundation \[N\]; u_N is the gap, and (u_x, u_y) the slip of the foundation's surface
+/// relative to the punch since the increment before \[m\].
 ///
 /// W = (A + ε) / |e| with the area |e| of an element, and q = −f, which are the gap and the slip
 /// that there would be without any force, at the motion of the punch that the solution has. It is
