@@ -72,7 +72,7 @@ pub(crate) enum Command {
     Query(QueryArgs),
     /// Show one result whole: scene, numbers, certificate, provenance, fields
     #[command(
-        after_help = "Examples:\n  tribosweep show 3fa9c1\n  tribosweep show 3fa9c1 --steps     the increments of its loading path\n  tribosweep show 3fa9c1 --field pressure\n  tribosweep show 3fa9c1 --field state --output state.png     also .svg .npy .vti .csv"
+        after_help = "Examples:\n  tribosweep show 3fa9c1\n  tribosweep show 3fa9c1 --steps     the increments of its loading path\n  tribosweep show 3fa9c1 --field pressure\n  tribosweep show 3fa9c1 --field state --output state.png     also .svg .npy .vti .csv\n  tribosweep show 3fa9c1 --output path.pvd     every field of every increment, for ParaView"
     )]
     Show(ShowArgs),
     /// Draw the figures that answer a study's question
@@ -369,8 +369,9 @@ pub(crate) struct ShowArgs {
     /// 0]
     #[arg(long, value_name = "INDEX", requires = "field")]
     pub(crate) solution: Option<usize>,
-    /// Write the field to a file: .png .svg .npy .vti .csv
-    #[arg(long, value_name = "FILE", requires = "field")]
+    /// Write the field to a file: .png .svg .npy .vti .csv, or the fields of all increments: .pvd
+    /// (their path is solved again). Without --field, .vti .csv .pvd hold every field
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["steps", "json"])]
     pub(crate) output: Option<PathBuf>,
     /// Print the increments of its loading path as a table
     #[arg(long, conflicts_with = "field")]
@@ -523,8 +524,9 @@ pub(crate) struct SolveArgs {
     /// 0]
     #[arg(long, value_name = "INDEX", requires = "field")]
     pub(crate) solution: Option<usize>,
-    /// Write the field to a file: .png .svg .npy .vti .csv
-    #[arg(long, value_name = "FILE", requires = "field")]
+    /// Write the field to a file: .png .svg .npy .vti .csv, or the fields of all increments: .pvd
+    /// (their path is solved again). Without --field, .vti .csv .pvd hold every field
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
     pub(crate) output: Option<PathBuf>,
     /// Print JSON
     #[arg(long, conflicts_with = "field")]

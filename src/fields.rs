@@ -17,25 +17,55 @@ use crate::written_file;
 const FIELDS: [&str; 8] =
     ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"];
 
-/// The endings of files that a field is written to.
-const ENDINGS: [&str; 5] = ["png", "svg", "npy", "vti", "csv"];
+/// The endings of files that hold one field.
+const SINGLE: [&str; 3] = ["png", "svg", "npy"];
 
-/// Checks the field's name, the file's extension and its place before anything is computed.
-pub(crate) fn check_field(name: &str, file: Option<&Path>) -> Result<()> {
-    if !FIELDS.contains(&name) {
+/// The endings of files that hold one field or all.
+const SEVERAL: [&str; 3] = ["vti", "csv", SERIES];
+
+/// The ending of a series over all increments.
+const SERIES: &str = "pvd";
+
+fn ending(file: &Path) -> Option<&str> {
+    file.extension().and_then(OsStr::to_str)
+}
+
+/// Returns whether a file is a series over all increments.
+pub(crate) fn is_series(file: Option<&Path>) -> bool {
+    file.and_then(ending) == Some(SERIES)
+}
+
+/// Checks the field's name and the file's extension and its place before anything is computed.
+pub(crate) fn check_field(name: Option<&str>, file: Option<&Path>) -> Result<()> {
+    if let Some(name) = name.filter(|name| !FIELDS.contains(name)) {
         bail!("there is no field `{name}`; there are {}", FIELDS.join(", "));
     }
-    match file {
-        Some(file)
-            if !file
-                .extension()
-                .and_then(OsStr::to_str)
-                .is_some_and(|ending| ENDINGS.contains(&ending)) =>
-        {
-            bail!("{}: a field is written as .{}", file.display(), ENDINGS.join(", ."))
+    let Some(file) = file else { return Ok(()) };
+    match ending(file) {
+        Some(ending) if SEVERAL.contains(&ending) => {}
+        Some(ending) if SINGLE.contains(&ending) => {
+            if name.is_none() {
+                bail!(
+                    "{}: a .{ending} holds one field; name it by --field ({})",
+                    file.display(),
+                    FIELDS.join(", ")
+                );
+            }
         }
-        Some(file) => written_file::check(file),
-        None => Ok(()),
+        _ => bail!(
+            "{}: a field is written as .{}",
+            file.display(),
+            [SINGLE, SEVERAL].concat().join(", .")
+        ),
+    }
+    written_file::check(file)
+}
+
+/// Returns the field with this name, or all of them.
+pub(crate) fn chosen_fields(fields: &Fields, name: Option<&str>) -> Result<Vec<Field>> {
+    match name {
+        Some(name) => Ok(vec![field(fields, name)?]),
+        None => FIELDS.into_iter().map(|name| field(fields, name)).collect(),
     }
 }
 
@@ -79,10 +109,17 @@ pub(crate) fn page_fields(fields: &Fields) -> Result<Vec<Field>> {
     names.into_iter().map(|name| field(fields, name)).collect()
 }
 
-/// Draws a field on standard output or writes it to a file by its ending.
-pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Result<Finish> {
+/// Draws a field on standard output or writes it to a file by its ending; without a name that is
+/// every field.
+pub(crate) fn show_field(
+    fields: &Fields,
+    name: Option<&str>,
+    file: Option<&Path>,
+) -> Result<Finish> {
     check_field(name, file)?;
-    let field = field(fields, name)?;
+    let chosen = chosen_fields(fields, name)?;
+    let all: Vec<&Field> = chosen.iter().collect();
+    let field = all[0];
     let Some(file) = file else {
         let ink = if std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
             TerminalInk::Color
@@ -91,12 +128,12 @@ pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Re
         };
         return output::print_raw(&field.terminal(output::terminal_width().unwrap_or(80), ink));
     };
-    let bytes = match file.extension().and_then(OsStr::to_str) {
+    let bytes = match ending(file) {
         Some("png") => report::png(&field.svg(), RESOLUTION)?,
         Some("svg") => field.svg().into_bytes(),
         Some("npy") => field.npy()?,
-        Some("vti") => vti(&[&field])?.into_bytes(),
-        Some("csv") => field_csv(&[&field])?.into_bytes(),
+        Some("vti") => vti(&all)?.into_bytes(),
+        Some("csv") => field_csv(&all)?.into_bytes(),
         _ => bail!("{}: a field is not written so", file.display()),
     };
     written_file::write(file, &bytes)?;

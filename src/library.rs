@@ -5,22 +5,26 @@
 //! command, whose coordinator and workers are processes of their own.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use answers::{AnswerError, Results, Selection};
-use anyhow::{Result, bail};
-use contact::Operators;
+use answers::{AnswerError, Results, Selection, forecast};
+use anyhow::{Context, Result, bail};
 use contact::model::Fields;
-use report::{DataTable, TableError, TypedColumn};
+use contact::{Cancellation, FrictionProblem, Operators};
+use indicatif::BinaryBytes;
+use report::TableError;
 use store::{OpenError, ReadError, StoreReader};
-use study::{Column, DefinitionError, Study};
+use study::columns::Role;
+use study::{Column, DefinitionError, Job, MOST_POINTS, Study};
 
 use crate::account::study_file;
+use crate::increments::PathJob;
 use crate::one_result::{self, UsedFiles};
-use crate::solving::{SolvedScene, solve_scene};
+use crate::solving::{SolvedScene, require_wanted, solve_scene, usable_memory};
 use crate::stored::{
-    self, StoreSource, find_key, open_to_read, reader_notes, stored_large_study, stored_study,
+    self, StoreSource, find_key, open_to_read, reader_notes, stored_large_study, study_with_files,
 };
 use crate::study_file::{parse_with_files, read_text};
 use crate::{fields, output};
@@ -56,6 +60,8 @@ impl StudyText {
 pub struct SolvedResult {
     /// The JSON that `solve --json` prints.
     pub json: serde_json::Value,
+    /// The canonical text of the job.
+    pub job: String,
     /// The columns of the figures in it.
     pub columns: Vec<Column>,
     /// The fields, if it has some.
@@ -64,19 +70,20 @@ pub struct SolvedResult {
     pub doubts: Vec<String>,
 }
 
-/// Solves the only scene of a study.
+/// Solves the only scene of a study, until `cancellation` is requested.
 ///
 /// # Errors
-/// The study is none or has several points, it takes more memory than there is, or its scene has no
-/// meaning.
-pub fn solve(text: &StudyText) -> Result<SolvedResult> {
+/// The study is none or has several points, it takes more memory than there is, its scene has no
+/// meaning, or the solve was given up.
+pub fn solve(text: &StudyText, cancellation: &Cancellation) -> Result<SolvedResult> {
     let study = &text.study()?;
     let is_file = text.text.is_none();
     let file = is_file.then(|| study_file(Path::new(&text.path), study.text()));
     if study.len() != 1 {
         bail!("the study `{}` has {} points; run it, or fix its axes", study.name(), study.len());
     }
-    let solution = solve_scene(study, file, &mut Operators::default())?;
+    let solution = solve_scene(study, file, &mut Operators::cancelled_by(cancellation))?;
+    require_wanted(cancellation)?;
     let SolvedScene { record, fields, account, .. } = &solution;
     let job = record.parse_job()?;
     let files = UsedFiles::of(study, &job);
@@ -86,15 +93,84 @@ pub fn solve(text: &StudyText) -> Result<SolvedResult> {
         _ => None,
     };
     let (columns, doubts) = (job.kind().columns([], []), solution.doubts());
-    Ok(SolvedResult { json, columns, fields: of_search.or(solution.fields), doubts })
+    let job = record.job.clone();
+    Ok(SolvedResult { json, job, columns, fields: of_search.or(solution.fields), doubts })
 }
 
-/// A table with the meaning and type of each column.
-pub struct TypedTable {
-    /// The columns.
-    pub columns: Vec<TypedColumn>,
-    /// The rows under the same columns.
-    pub rows: DataTable,
+pub use crate::typed_values::{TypedTable, TypedValues};
+
+/// Returns the fields of every increment of a job's path, which is solved for them. `study` has the
+/// files that the job names.
+///
+/// # Errors
+/// The text is no job, the job follows no path, its fields take more memory than there is, or the
+/// solve was given up.
+pub fn path_fields(study: &Study, job: &str, cancellation: &Cancellation) -> Result<Vec<Fields>> {
+    all_fields(&path_job(study, job)?, cancellation)
+}
+
+/// Returns the discrete friction problem of an increment of a job's path, of the last one by
+/// default; the path is solved for it. `study` has the files that the job names.
+///
+/// # Errors
+/// The text is no job, the job follows no path, it has no such increment or this one has no such
+/// problem, or the solve was given up.
+pub fn friction_problem(
+    study: &Study,
+    job: &str,
+    increment: Option<u64>,
+    cancellation: &Cancellation,
+) -> Result<FrictionProblem> {
+    problem_of(&path_job(study, job)?, increment, cancellation)
+}
+
+fn path_job<'s>(study: &'s Study, job: &str) -> Result<PathJob<'s>> {
+    Ok(PathJob { job: Job::parse(job)?, surfaces: study.surfaces(), record: None })
+}
+
+/// The bytes of an element in [`Fields`].
+const ELEMENT_BYTES: u64 = 6 * 8 + 1;
+
+fn all_fields(path: &PathJob<'_>, cancellation: &Cancellation) -> Result<Vec<Fields>> {
+    let increments = path.increments()?;
+    let elements = forecast(&path.job, path.surfaces)?.elements;
+    let needed = increments * elements.iter().map(|n| *n as u64).product::<u64>() * ELEMENT_BYTES;
+    // They are made of a second copy, as arrays over all increments.
+    if let Some(limit) = usable_memory().filter(|&limit| 2 * needed > limit) {
+        bail!(
+            "the fields of {increments} increments take twice {}, and this process may use {}: \
+             write them to files one after the other, `show KEY --output NAME.pvd`",
+            BinaryBytes(needed),
+            BinaryBytes(limit)
+        );
+    }
+    let mut fields = Vec::new();
+    path.follow(cancellation, &mut |increment| {
+        fields.push(increment.fields.clone());
+        Ok(ControlFlow::Continue(()))
+    })?;
+    Ok(fields)
+}
+
+fn problem_of(
+    path: &PathJob<'_>,
+    increment: Option<u64>,
+    cancellation: &Cancellation,
+) -> Result<FrictionProblem> {
+    let increments = path.increments()?;
+    let wanted = increment.unwrap_or(increments);
+    if !(1..=increments).contains(&wanted) {
+        bail!("there is no increment {wanted}: the path has {increments}, counted from 1");
+    }
+    let mut found = None;
+    path.follow(cancellation, &mut |increment| {
+        if increment.number < wanted {
+            return Ok(ControlFlow::Continue(()));
+        }
+        found = Some(increment.friction_problem()?);
+        Ok(ControlFlow::Break(()))
+    })?;
+    found.with_context(|| format!("the path ended before its increment {wanted}"))
 }
 
 /// The fields of a stored result.
@@ -203,18 +279,41 @@ impl ReadStore {
     pub fn table(&self, name: &str, mut selection: Selection) -> Result<TypedTable> {
         let reader = self.reader()?;
         let source = StoreSource::Reader(&reader);
-        let study = stored_study(&reader, name)?;
+        let study = stored_large_study(&reader, name)?;
+        if selection.columns.is_empty() && !study.is_listed() {
+            // Which figures say something is not known of so many.
+            selection.columns = columns_of_any(&study);
+        }
+        if !selection.columns.is_empty() && selection.is_separable(&study) {
+            let mut table = TypedTable::new(selection.typed_columns(&study)?);
+            selection.visit(&study, &source, |block| {
+                table.add(block);
+                Ok::<(), AnswerError>(())
+            })?;
+            return Ok(table);
+        }
+        if !study.is_listed() {
+            bail!(
+                "the study `{name}` has {} points, and {MOST_POINTS} at most are sorted or compared \
+                 with each other: ask without `sort`, and sort what comes",
+                study.len()
+            );
+        }
         let results = Results::read(study, &source)?;
         if selection.columns.is_empty() {
             selection.columns = results.usual_columns(selection.steps)?;
         }
-        let mut columns = selection.typed_columns(results.study())?;
-        let rows = selection.of(&results)?;
-        for (index, column) in columns.iter_mut().enumerate() {
-            // A mesh may be a pair at some point, which is a text.
-            column.cells = rows.widest(index).map_or(column.cells, |cells| column.cells.max(cells));
-        }
-        Ok(TypedTable { columns, rows })
+        let mut table = TypedTable::new(selection.typed_columns(results.study())?);
+        table.add(&selection.of(&results)?);
+        Ok(table)
+    }
+
+    /// Returns the only key that begins with some characters.
+    ///
+    /// # Errors
+    /// There is no such result, or there are several.
+    pub fn key(&self, beginning: &str) -> Result<String> {
+        Ok(find_key(&*self.reader()?, beginning)?.to_string())
     }
 
     /// Returns the fields of the result whose key begins with some characters.
@@ -244,6 +343,52 @@ impl ReadStore {
         let account = run.and_then(|run| stored::account(reader.blobs(), run));
         one_result::json(&record, None, &UsedFiles::default(), account.as_ref())
     }
+
+    /// Returns the fields of every increment of the result whose key begins with some characters.
+    /// Its path is solved again, and every increment is the one that its record has.
+    ///
+    /// # Errors
+    /// There is no such result or there are several, or the errors of [`path_fields`].
+    pub fn path_fields(&self, key: &str, cancellation: &Cancellation) -> Result<Vec<Fields>> {
+        self.with_path(key, |path| all_fields(path, cancellation))
+    }
+
+    /// Returns the discrete friction problem of an increment of the result whose key begins with
+    /// some characters, of the last one by default. Its path is solved again, and every increment
+    /// is the one that its record has.
+    ///
+    /// # Errors
+    /// There is no such result or there are several, or the errors of [`friction_problem`].
+    pub fn friction_problem(
+        &self,
+        key: &str,
+        increment: Option<u64>,
+        cancellation: &Cancellation,
+    ) -> Result<FrictionProblem> {
+        self.with_path(key, |path| problem_of(path, increment, cancellation))
+    }
+
+    fn with_path<T>(&self, key: &str, of: impl FnOnce(&PathJob<'_>) -> Result<T>) -> Result<T> {
+        let reader = self.reader()?;
+        let record = stored::record(&reader, &find_key(&reader, key)?)?;
+        let job = record.parse_job()?;
+        let study = study_with_files(&reader, &job)?;
+        let surfaces = study.as_ref().map(Study::surfaces).cloned().unwrap_or_default();
+        of(&PathJob { job, surfaces: &surfaces, record: Some(&record) })
+    }
+}
+
+/// Returns the names of the axes and of the figures that a study of its kind shows in any case.
+fn columns_of_any(study: &Study) -> Vec<String> {
+    let columns = study.columns();
+    let axes = columns.iter().filter(|column| column.role == Role::Axis);
+    let mut names: Vec<String> = axes.map(|column| column.name.to_string()).collect();
+    for name in study.kind().usual_columns() {
+        if !names.iter().any(|known| known == name) {
+            names.push((*name).to_owned());
+        }
+    }
+    names
 }
 
 /// The kind of a fault, for languages that tell errors apart by type.

@@ -6,9 +6,9 @@ use std::time::Instant;
 use answers::choice::{Discovery, choose};
 use answers::{Performed, RecordMap, forecast, perform, warnings};
 use anyhow::{Context, Result, bail};
-use contact::Operators;
 use contact::model::Fields;
 use contact::punch::Surfaces;
+use contact::{Cancellation, Operators};
 use indicatif::BinaryBytes;
 use study::account::HashedFile;
 use study::job::PHYSICS_VERSION;
@@ -83,12 +83,19 @@ struct SolvedJob {
     discovery: Option<Discovery>,
 }
 
+/// Refuses to go on with what nobody wants any more.
+pub(crate) fn require_wanted(cancellation: &Cancellation) -> Result<()> {
+    if cancellation.is_requested() {
+        bail!("the solve was given up");
+    }
+    Ok(())
+}
+
 /// Refuses a job that needs more memory than there is, by prediction: the system would kill the
 /// process.
-fn require_memory(job: &Job, surfaces: &Surfaces) -> Result<()> {
+pub(crate) fn require_memory(job: &Job, surfaces: &Surfaces) -> Result<()> {
     let needed = forecast(job, surfaces)?.memory;
-    let limits = [runner::memory_within_limits(), runner::available_memory()];
-    match limits.into_iter().flatten().min().filter(|&limit| needed > limit) {
+    match usable_memory().filter(|&limit| needed > limit) {
         Some(limit) => bail!(
             "the scene needs {} of memory by prediction, and this process may use {}: choose a \
              coarser mesh, or a machine or container with more memory (or `ulimit -v`)",
@@ -97,6 +104,12 @@ fn require_memory(job: &Job, surfaces: &Surfaces) -> Result<()> {
         ),
         None => Ok(()),
     }
+}
+
+/// Returns the memory that this process may use, as far as that is known \[bytes\].
+pub(crate) fn usable_memory() -> Option<u64> {
+    let limits = [runner::memory_within_limits(), runner::available_memory()];
+    limits.into_iter().flatten().min()
 }
 
 fn solve_job(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<SolvedJob> {
@@ -117,6 +130,7 @@ fn solve_accurately(study: &Study, operators: &mut Operators) -> Result<SolvedJo
     let (mut records, mut last) = (RecordMap::new(), None);
     loop {
         let choice = choose(study, &records)?;
+        require_wanted(operators.cancellation())?;
         let point =
             choice.points.into_iter().next().context("the study's only point cannot be made")?;
         let discovery = choice.findings.first().map(|finding| finding.discovery);

@@ -5,16 +5,17 @@ use std::ffi::OsStr;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use answers::{RecordMap, Records, RecordsError};
+use answers::{RecordMap, Records, RecordsError, effects};
 use anyhow::{Context, Result, bail};
 use contact::model::Fields;
+use contact::punch::Surfaces;
 use identity::JobKey;
 use rayon::prelude::*;
 use store::{Blobs, Digest, OpenError, ReadError, RecordOrigin, Store, StoreReader};
 use study::account::ACCOUNT_LIMIT;
 use study::encoding::DecodeError;
 use study::record_format::{decode_fields, job_text};
-use study::{MOST_POINTS, Record, RunAccount, Study};
+use study::{Job, MOST_POINTS, Record, RunAccount, Study};
 
 use crate::merge_rules::RULES;
 use crate::{output, proposal};
@@ -233,6 +234,22 @@ pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
         );
     }
     Ok(study)
+}
+
+/// Returns a study of a store that holds the height map or the profiles which a job names; `None`
+/// if it names none, and if no study holds them.
+pub(crate) fn study_with_files(reader: &StoreReader, job: &Job) -> Result<Option<Study>> {
+    if effects::missing_surface(job, &Surfaces::new()).is_none() {
+        return Ok(None);
+    }
+    for name in reader.study_names()? {
+        // A damaged study is no reason to find nothing.
+        let Ok(study) = stored_study(reader, &name) else { continue };
+        if effects::missing_surface(job, study.surfaces()).is_none() {
+            return Ok(Some(study));
+        }
+    }
+    Ok(None)
 }
 
 /// Reads the study with a name from a store; it may have more points than are read at a time.

@@ -16,5 +16,5 @@ mod _native {
     #[pymodule_export]
     use crate::store::Store;
     #[pymodule_export]
-    use crate::study::{check, solve};
+    use crate::study::{check, friction_problem, path_fields, solve};
 }

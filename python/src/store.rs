@@ -1,30 +1,31 @@
 //! Stores that are read.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use answers::Selection;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use report::{Cell, CellType};
-use tribosweep::library::{ReadStore, StoredFields, TypedTable};
+use report::TypedColumn;
+use tribosweep::library::{ReadStore, StoredFields, TypedTable, TypedValues};
 
-use crate::fields::arrays;
-use crate::study::{described, outline};
-use crate::threads::detached;
+use crate::fields::{arrays, path_arrays};
+use crate::study::{described, outline, problem_arrays};
+use crate::threads::{detached, interruptible};
 
 /// A store that is read beside whatever run is writing it. Every question is answered from what is
 /// there when it is asked.
 #[pyclass(frozen, module = "tribosweep._native")]
 pub(crate) struct Store {
-    store: ReadStore,
+    store: Arc<ReadStore>,
 }
 
 #[pymethods]
 impl Store {
     #[new]
     fn new(py: Python<'_>, directory: PathBuf) -> PyResult<Self> {
-        Ok(Store { store: detached(py, || ReadStore::open(&directory))? })
+        Ok(Store { store: Arc::new(detached(py, || ReadStore::open(&directory))?) })
     }
 
     /// Returns what is to be said of the place from which records are read.
@@ -67,8 +68,13 @@ impl Store {
         steps: bool,
     ) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let selection = Selection { filter, sort, columns, steps };
-        let table = detached(py, || self.store.table(name, selection))?;
-        (0..table.columns.len()).map(|index| column(py, &table, index)).collect()
+        let TypedTable { columns, values } = detached(py, || self.store.table(name, selection))?;
+        columns.into_iter().zip(values).map(|(head, values)| column(py, head, values)).collect()
+    }
+
+    /// Returns the key in full that begins with some characters.
+    fn key(&self, py: Python<'_>, beginning: &str) -> PyResult<String> {
+        detached(py, || self.store.key(beginning))
     }
 
     /// Returns the fields of the result whose key begins with some characters.
@@ -80,6 +86,29 @@ impl Store {
         Ok(named)
     }
 
+    /// Returns the fields of all increments of the result whose key begins with some characters.
+    fn path_fields<'py>(&self, py: Python<'py>, key: String) -> PyResult<Bound<'py, PyDict>> {
+        let store = Arc::clone(&self.store);
+        let fields = interruptible(py, move |cancellation| store.path_fields(&key, cancellation))?;
+        path_arrays(py, fields)
+    }
+
+    /// Returns the discrete friction problem of an increment of the result whose key begins with
+    /// some characters.
+    #[pyo3(signature = (key, increment))]
+    fn friction_problem<'py>(
+        &self,
+        py: Python<'py>,
+        key: String,
+        increment: Option<u64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let store = Arc::clone(&self.store);
+        let problem = interruptible(py, move |cancellation| {
+            store.friction_problem(&key, increment, cancellation)
+        })?;
+        problem_arrays(py, problem)
+    }
+
     /// Returns everything about the result whose key begins with some characters, as JSON.
     fn show(&self, py: Python<'_>, key: &str) -> PyResult<String> {
         detached(py, || Ok(self.store.show(key)?.to_string()))
@@ -88,38 +117,25 @@ impl Store {
 
 /// Returns a column with its values. Where a number is missing, `missing` is true, and there is 0
 /// or NaN; a missing text is None.
-fn column<'py>(py: Python<'py>, table: &TypedTable, index: usize) -> PyResult<Bound<'py, PyDict>> {
-    let column = &table.columns[index];
-    let cells = || table.rows.rows().iter().map(|row| &row[index]);
+fn column<'py>(
+    py: Python<'py>,
+    column: TypedColumn,
+    values: TypedValues,
+) -> PyResult<Bound<'py, PyDict>> {
     let entry = PyDict::new(py);
-    entry.set_item("name", &column.head.name)?;
-    entry.set_item("unit", &column.head.unit)?;
-    entry.set_item("meaning", &column.meaning)?;
-    if column.cells != CellType::Text {
-        let missing: Vec<bool> = cells().map(|cell| *cell == Cell::Missing).collect();
-        entry.set_item("missing", missing.into_pyarray(py))?;
-    }
-    match column.cells {
-        CellType::Integer => {
-            let value = |cell: &Cell| match cell {
-                Cell::Integer(value) => *value,
-                _ => 0,
-            };
-            entry.set_item("values", cells().map(value).collect::<Vec<i64>>().into_pyarray(py))?;
+    entry.set_item("name", column.head.name)?;
+    entry.set_item("unit", column.head.unit)?;
+    entry.set_item("meaning", column.meaning)?;
+    match values {
+        TypedValues::Integer { values, missing } => {
+            entry.set_item("values", values.into_pyarray(py))?;
+            entry.set_item("missing", missing.into_pyarray(py))?;
         }
-        CellType::Number => {
-            let value = |cell: &Cell| match cell {
-                Cell::Number(value) => *value,
-                Cell::Integer(value) => *value as f64,
-                _ => f64::NAN,
-            };
-            entry.set_item("values", cells().map(value).collect::<Vec<f64>>().into_pyarray(py))?;
+        TypedValues::Number { values, missing } => {
+            entry.set_item("values", values.into_pyarray(py))?;
+            entry.set_item("missing", missing.into_pyarray(py))?;
         }
-        CellType::Text => {
-            let texts: Vec<Option<String>> =
-                cells().map(|cell| Some(cell.exact()?.into_owned())).collect();
-            entry.set_item("values", texts)?;
-        }
+        TypedValues::Text(values) => entry.set_item("values", values)?,
     }
     Ok(entry)
 }

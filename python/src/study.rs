@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 
 use ::study::{Column, Study};
+use contact::FrictionProblem;
+use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use tribosweep::library::{self, StudyText};
 
-use crate::fields::arrays;
-use crate::threads::detached;
+use crate::fields::{arrays, path_arrays};
+use crate::threads::{detached, interruptible};
 
 /// Returns what a study is, after checking it.
 #[pyfunction]
@@ -51,13 +53,68 @@ pub(crate) fn solve<'py>(
     path: String,
     files: BTreeMap<String, Vec<u8>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let result = detached(py, || library::solve(&StudyText { text, path, files }))?;
+    let text = StudyText { text, path, files };
+    let result = interruptible(py, move |cancellation| library::solve(&text, cancellation))?;
     let solved = PyDict::new(py);
     solved.set_item("json", result.json.to_string())?;
+    solved.set_item("job", result.job)?;
     solved.set_item("columns", described(py, &result.columns)?)?;
     solved.set_item("doubts", result.doubts)?;
     solved.set_item("fields", result.fields.map(|fields| arrays(py, fields)).transpose()?)?;
     Ok(solved)
+}
+
+/// Returns the fields of all increments of a job of a study, whose path is solved for them.
+#[pyfunction]
+#[pyo3(signature = (text, path, files, job))]
+pub(crate) fn path_fields<'py>(
+    py: Python<'py>,
+    text: Option<String>,
+    path: String,
+    files: BTreeMap<String, Vec<u8>>,
+    job: String,
+) -> PyResult<Bound<'py, PyDict>> {
+    let text = StudyText { text, path, files };
+    let fields = interruptible(py, move |cancellation| {
+        library::path_fields(&text.study()?, &job, cancellation)
+    })?;
+    path_arrays(py, fields)
+}
+
+/// Returns the discrete friction problem of an increment of a job of a study.
+#[pyfunction]
+#[pyo3(signature = (text, path, files, job, increment))]
+pub(crate) fn friction_problem<'py>(
+    py: Python<'py>,
+    text: Option<String>,
+    path: String,
+    files: BTreeMap<String, Vec<u8>>,
+    job: String,
+    increment: Option<u64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let text = StudyText { text, path, files };
+    let problem = interruptible(py, move |cancellation| {
+        library::friction_problem(&text.study()?, &job, increment, cancellation)
+    })?;
+    problem_arrays(py, problem)
+}
+
+/// Returns a discrete friction problem as a dictionary.
+pub(crate) fn problem_arrays<'py>(
+    py: Python<'py>,
+    problem: FrictionProblem,
+) -> PyResult<Bound<'py, PyDict>> {
+    let FrictionProblem { elements, compliance, free, mu, forces, displacements } = problem;
+    let rows = free.len();
+    let named = PyDict::new(py);
+    let elements: Vec<i64> = elements.into_iter().map(|element| element as i64).collect();
+    named.set_item("elements", elements.into_pyarray(py))?;
+    named.set_item("W", compliance.into_pyarray(py).reshape([rows, rows])?)?;
+    named.set_item("q", free.into_pyarray(py))?;
+    named.set_item("mu", mu)?;
+    named.set_item("r", forces.into_pyarray(py))?;
+    named.set_item("u", displacements.into_pyarray(py))?;
+    Ok(named)
 }
 
 /// Returns columns as a list of dictionaries.

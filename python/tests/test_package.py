@@ -66,6 +66,23 @@ def test_stubs_agree_with_the_module():
     assert done.returncode == 0, done.stdout
 
 
+def test_the_package_keeps_to_the_python_that_it_requires():
+    pytest.importorskip("vermin")
+    project = tomllib.loads((ROOT / "python" / "pyproject.toml").read_text())["project"]
+    floor = project["requires-python"].removeprefix(">=")
+    manifest = tomllib.loads((ROOT / "python" / "Cargo.toml").read_text())
+    assert f"abi3-py{floor.replace('.', '')}" in manifest["dependencies"]["pyo3"]["features"]
+    # Names and syntax that came later are violations.
+    done = subprocess.run(
+        [pathlib.Path(sysconfig.get_path("scripts"), "vermin"), f"-t={floor}-", "--no-tips",
+         "--violations", *(ROOT / "python" / "tribosweep").glob("*.py")],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+
+
 def test_the_command_comes_with_the_package():
     assert tribosweep.program().startswith(sysconfig.get_path("scripts"))
     said = subprocess.run([tribosweep.program(), "--version"], stdout=subprocess.PIPE, text=True)

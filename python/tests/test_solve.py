@@ -1,8 +1,11 @@
 import json
 import multiprocessing
+import os
+import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -129,6 +132,28 @@ def test_a_figure_that_is_0_is_shown(scene):
     scene["loading"] = {"steps": [{"approach": "20 um"}, {"shift_x": "40 um"}]}
     result = tribosweep.solve(scene, {"mesh": 16})
     assert result.stick_fraction == 0 and "stick_fraction = 0" in repr(result)
+
+
+def test_an_interrupt_gives_a_solve_up(scene):
+    # A path that takes far longer than the test.
+    scene["loading"] = {"steps": [{"approach": "20 um", "shift_x": "4 um", "increments": 1000}]}
+    sent = []
+
+    def interrupt():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.3, interrupt)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        tribosweep.solve(scene, {"mesh": 128})
+    assert sent, "the interrupt came from here"
+    # No thread goes on with the work that nobody wants.
+    before = time.process_time()
+    time.sleep(0.3)
+    assert time.process_time() - before < 0.2
+    scene["loading"] = {"steps": [{"approach": "20 um"}]}
+    assert tribosweep.solve(scene, {"mesh": 16}).certified
 
 
 def load_of(scene):

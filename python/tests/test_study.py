@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import tribosweep
+from tribosweep import _study
 
 
 def sweep(scene, values=(0.1, 0.3, 0.5), mesh=12):
@@ -252,13 +253,44 @@ def test_an_interrupt_ends_a_run_softly(scene, store):
             threading.Thread(target=os.kill, args=(os.getpid(), signal.SIGINT)).start()
 
     with pytest.raises(KeyboardInterrupt):
-        study.run(store, workers=2, progress=listen)
+        study.run(store, workers=2, progress=listen, patience=60)
     left = study.plan(store).to_run
     assert 0 < left < 400, "some jobs were finished and kept, and others were not begun"
     end = time.monotonic() + 5
     while tribosweep.open(store).notes and time.monotonic() < end:
         time.sleep(0.05)
     assert tribosweep.open(store).notes == [], "no process writes the store any more"
+
+
+def test_an_interrupt_does_not_wait_for_long_jobs(scene, store):
+    # Jobs that take far longer than the test.
+    scene["loading"] = {"steps": [{"approach": "20 um", "shift_x": "4 um", "increments": 1000}]}
+    study = tribosweep.Study(sweep(scene, (0.2, 0.3), mesh=128))
+    processes = set(os.listdir("/dev/shm"))
+
+    def listen(event):
+        if event["event"] == "leased":
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        study.run(store, workers=2, progress=listen)
+    assert study.plan(store).to_run == 2
+    assert tribosweep.open(store).notes == [], "no process writes the store any more"
+    assert set(os.listdir("/dev/shm")) <= processes
+
+
+def test_progress_is_a_few_lines_a_second(monkeypatch):
+    moment = [0.0]
+    monkeypatch.setattr(_study.time, "monotonic", lambda: moment[0])
+    stream = io.StringIO()
+    count = _study.Counter(stream)
+    counts = {"waiting": 1, "running": 1, "done": 0}
+    for number in range(10_000):
+        moment[0] = number / 1000
+        count({"event": "committed", "counts": {**counts, "done": number}})
+    count({"event": "finished", "counts": {"waiting": 0, "running": 0, "done": 10_000}})
+    lines = stream.getvalue().split("\r")[1:]
+    assert 95 <= len(lines) <= 102 and lines[-1].startswith("10000 done, 0 to go")
 
 
 def test_a_listener_that_fails_ends_the_run(scene, store):

@@ -23,7 +23,7 @@ GRIDS = [name for name in UNITS if name not in ("x", "y")]
 
 
 def dataset(arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> Any:
-    """Returns fields as an xarray.Dataset over y and x, with units."""
+    """Returns fields as an xarray.Dataset over y and x, or over increment, y and x, with units."""
     try:
         import xarray
     except ImportError:
@@ -34,6 +34,11 @@ def dataset(arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> Any:
         name: {"units": UNITS[name], "long_name": MEANINGS[name]} for name in UNITS if UNITS[name]
     }
     described["state"] = {"flag_values": [0, 1, 2, 3], "flag_meanings": "outside open stick slip"}
-    variables = {name: (("y", "x"), arrays[name], described[name]) for name in GRIDS}
+    axes = ("increment", "y", "x")[-arrays["pressure"].ndim :]
+    variables = {name: (axes, arrays[name], described[name]) for name in GRIDS}
     coordinates = {name: (name, arrays[name], described[name]) for name in ("x", "y")}
+    if "increment" in axes:
+        number = {"long_name": "number of the increment along the path"}
+        numbers = range(1, 1 + len(arrays["pressure"]))
+        coordinates["increment"] = ("increment", list(numbers), number)
     return xarray.Dataset(variables, coordinates, dict(attributes))

@@ -3,7 +3,7 @@ from typing import Any, Optional, Sequence, TypedDict, final
 
 from typing_extensions import NotRequired
 
-__all__ = ["Store", "check", "solve"]
+__all__ = ["Store", "check", "friction_problem", "path_fields", "solve"]
 
 class _Outline(TypedDict):
     name: str
@@ -29,12 +29,23 @@ class _Column(TypedDict):
 
 class _Solved(TypedDict):
     json: str
+    job: str
     columns: list[_Described]
     doubts: list[str]
     fields: Optional[dict[str, Any]]
 
 def check(text: Optional[str], path: str, files: dict[str, bytes]) -> _Outline: ...
 def solve(text: Optional[str], path: str, files: dict[str, bytes]) -> _Solved: ...
+def path_fields(
+    text: Optional[str], path: str, files: dict[str, bytes], job: str
+) -> dict[str, Any]: ...
+def friction_problem(
+    text: Optional[str],
+    path: str,
+    files: dict[str, bytes],
+    job: str,
+    increment: Optional[int],
+) -> dict[str, Any]: ...
 @final
 class Store:
     def __new__(cls, directory: str | PathLike[str]) -> Store: ...
@@ -50,5 +61,8 @@ class Store:
         sort: Sequence[str],
         steps: bool,
     ) -> list[_Column]: ...
+    def key(self, beginning: str) -> str: ...
     def fields(self, key: str) -> dict[str, Any]: ...
+    def path_fields(self, key: str) -> dict[str, Any]: ...
+    def friction_problem(self, key: str, increment: Optional[int]) -> dict[str, Any]: ...
     def show(self, key: str) -> str: ...

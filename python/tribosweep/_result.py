@@ -10,11 +10,14 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from . import _native
+from ._fclib import check_increment, require_h5py, write_fclib
 from ._fields import GRIDS, UNITS, dataset
 from ._html import shown, table
 from ._text import study_text
 
 Scene = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+#: The text of a study or None, the path that messages name, and the files in it.
+Source = tuple[Optional[str], str, dict[str, bytes]]
 
 
 class Figures(Mapping):
@@ -78,7 +81,9 @@ class Result:
     ((32, 32), True)
     """
 
-    def __init__(self, solved: Any) -> None:
+    def __init__(self, solved: Any, source: Source) -> None:
+        # What the path is solved from again, where more of it is asked for.
+        self._source = (*source, solved["job"])
         #: Everything that `tribosweep solve --json` prints.
         self.json: dict[str, Any] = json.loads(solved["json"])
         #: What is to be doubted, in words.
@@ -114,15 +119,74 @@ class Result:
         """What computed it: program, machine, command line, and digests of the study's files."""
         return self.json["provenance"]
 
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Returns the fields and their coordinates by name."""
+    def arrays(self, steps: bool = False) -> dict[str, np.ndarray]:
+        """Returns the fields and their coordinates by name.
+
+        With `steps` they are those of all increments, shape (increment, y, x), for which the path
+        is solved again.
+        """
+        if steps:
+            return _native.path_fields(*self._source)
         if self._fields is None:
             raise AttributeError("this kind of study leaves no fields")
         return self._fields
 
-    def fields(self) -> Any:
-        """Returns the fields as an xarray.Dataset, where xarray is present."""
-        return dataset(self.arrays(), {"key": self.key, "status": self.status})
+    def fields(self, steps: bool = False) -> Any:
+        """Returns the fields as an xarray.Dataset, where xarray is present.
+
+        With `steps` it has a dimension `increment`, counted from 1; the path is solved again.
+        """
+        return dataset(self.arrays(steps), {"key": self.key, "status": self.status})
+
+    def problem(self, increment: Optional[int] = None) -> dict[str, Any]:
+        """Returns the discrete friction problem of an increment, the last one by default.
+
+        The problem is u = W r + q over the n elements under the punch's sole, with Coulomb's law
+        and the friction coefficient `mu`. Vectors have 3n entries, (N, x, y) of each element after
+        the other; `elements` has the elements' indices in the fields, row by row.
+
+        - `r` [N] are the forces of the punch on the foundation: the tractions times the area of an
+          element. r_N is positive in compression.
+        - `u` [m] are the gap u_N ≥ 0 and the slip u_T of the foundation relative to the punch since
+          the increment before. Where there is slip, r_T = −μ r_N u_T/‖u_T‖. Without friction r_T
+          is 0, and u_T, on which nothing depends, counts from the beginning of the path.
+        - `W` [m/N] are the elements' compliances, over their area, with ε on the diagonal where
+          `epsilon` is given; it is symmetric and full, and refused beyond 4 GiB (a full square of
+          87 × 87 elements).
+        - `q` [m] are gap and slip as they would be without any force, at the motion of the punch
+          that the solution has, also where forces govern it.
+
+        De Saxcé's change of variable, u_N + μ‖u_T‖, is the solver's matter and not in it. The path
+        is solved again up to the increment, whose number counts from 1.
+
+        >>> import tribosweep
+        >>> result = tribosweep.solve(
+        ...     foundation={"base": {"shear_modulus": "80 GPa", "poisson": 0.3}},
+        ...     punch={"shape": "sphere", "radius": "50 mm"},
+        ...     friction={"mu": 0.3},
+        ...     loading={"steps": [{"approach": "20 um", "shift_x": "2 um"}]},
+        ...     numerics={"mesh": 8},
+        ... )
+        >>> problem = result.problem()
+        >>> problem["W"].shape
+        (192, 192)
+        >>> bool(abs(problem["r"][0::3].sum() / result.load - 1) < 1e-12)
+        True
+        """
+        check_increment(increment)
+        return _native.friction_problem(*self._source, increment)
+
+    def fclib(
+        self, path: Union[str, os.PathLike[str]], increment: Optional[int] = None
+    ) -> None:
+        """Writes the discrete friction `problem` of an increment as a file of FCLIB, with h5py.
+
+        FCLIB's local problem is the one that `problem` describes, in the same units. The groups are
+        `fclib_local` (`W` in compressed columns, `vectors/q`, `vectors/mu`, `spacedim`, `info`) and
+        `solution` (`u`, `r`).
+        """
+        require_h5py()
+        write_fclib(path, self.problem(increment), f"job {self.key}")
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__") or "_all" not in self.__dict__:
@@ -162,6 +226,8 @@ def solve(
     path of a file) must have one point. A height map may be an array of shape (y, x) in place of
     the name of its file: `punch={"shape": "height-map", "file": heights, "unit": "um", ...}`.
 
+    An interrupt (Ctrl-C) gives the solve up and raises KeyboardInterrupt.
+
     Raises `StudyError` with the place of what makes no sense.
 
     >>> import tribosweep
@@ -178,12 +244,12 @@ def solve(
     True
     """
     text, path, files = source(scene, numerics, tables)
-    return Result(_native.solve(text, path, files))
+    return Result(_native.solve(text, path, files), (text, path, files))
 
 
 def source(
     scene: Optional[Scene], numerics: Optional[Mapping[str, Any]], tables: Mapping[str, Any]
-) -> tuple[Optional[str], str, dict[str, bytes]]:
+) -> Source:
     """Returns the text of a study or None, the path that messages name, and the files in it."""
     if isinstance(scene, (str, os.PathLike)):
         if numerics is not None or tables:

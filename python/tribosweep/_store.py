@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from . import _native
+from ._fclib import check_increment, require_h5py, write_fclib
 from ._fields import dataset
 from ._html import table
 
@@ -74,18 +75,26 @@ class Store(Mapping):
     def __contains__(self, name: object) -> bool:
         return name in self._native.names()
 
-    def arrays(self, key: str) -> dict[str, np.ndarray]:
-        """Returns the fields of a result by the beginning of its key, by name, shape (y, x)."""
+    def arrays(self, key: str, steps: bool = False) -> dict[str, np.ndarray]:
+        """Returns the fields of a result by the beginning of its key, by name, shape (y, x).
+
+        With `steps` they are those of all increments, shape (increment, y, x). A store has those
+        of the last one only, so the path is solved again, and each increment has to have the very
+        figures of the record.
+        """
+        if steps:
+            return self._native.path_fields(key)
         return {
             name: values
             for name, values in self._native.fields(key).items()
             if isinstance(values, np.ndarray)
         }
 
-    def fields(self, key: str) -> Any:
+    def fields(self, key: str, steps: bool = False) -> Any:
         """Returns the fields of a result by the beginning of its key, as an xarray.Dataset.
 
-        `attrs` have the `key` in full and `certified`: 0 if they are those of a last iterate.
+        `attrs` have the `key` in full and `certified`: 0 if they are those of a last iterate. With
+        `steps` there is a dimension `increment`, counted from 1, as `arrays` has it.
 
         >>> import tribosweep
         >>> store = tribosweep.open()
@@ -95,7 +104,26 @@ class Store(Mapping):
         ({'y': 16, 'x': 16}, 'Pa', 1)
         """
         found = self._native.fields(key)
-        return dataset(found, {"key": found["key"], "certified": int(found["certified"])})
+        attributes = {"key": found["key"], "certified": int(found["certified"])}
+        return dataset(self._native.path_fields(key) if steps else found, attributes)
+
+    def problem(self, key: str, increment: Optional[int] = None) -> dict[str, Any]:
+        """Returns the discrete friction problem of a result, as `Result.problem` describes it.
+
+        The path is solved again, and each increment has to have the very figures of the record.
+        """
+        check_increment(increment)
+        return self._native.friction_problem(key, increment)
+
+    def fclib(
+        self, key: str, path: Union[str, os.PathLike[str]], increment: Optional[int] = None
+    ) -> None:
+        """Writes the discrete friction problem of a result as a file of FCLIB, with h5py.
+
+        `Result.fclib` says what is in it.
+        """
+        require_h5py()
+        write_fclib(path, self.problem(key, increment), f"job {self._native.key(key)}")
 
     def show(self, key: str) -> dict[str, Any]:
         """Returns everything about a result by the beginning of its key, in SI units."""
@@ -196,9 +224,9 @@ class StoredStudy:
             fields.append(pyarrow.field(column["name"], array.type, metadata=said))
         return pyarrow.table(arrays, schema=pyarrow.schema(fields, {"study": self.name}))
 
-    def fields(self, key: str) -> Any:
+    def fields(self, key: str, steps: bool = False) -> Any:
         """Returns the fields of a result by the beginning of its key, as `Store.fields` does."""
-        return self._store.fields(key)
+        return self._store.fields(key, steps)
 
     def _table(
         self,

@@ -12,6 +12,7 @@ import sys
 import sysconfig
 import tempfile
 import threading
+import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -149,14 +150,16 @@ class Study:
         until: Optional[str] = None,
         retry_failed: bool = False,
         progress: Union[bool, Callable[[dict[str, Any]], None]] = False,
+        patience: float = 0.5,
     ) -> Run:
         """Runs what the store has no results of, on worker processes, and returns what came of it.
 
         `progress` is called with every event as a dictionary (those of `run --json`); True prints
-        a line on standard error that counts. `memory` ("8GiB") and `until` ("55m") are those of the
-        command. An interrupt (Ctrl-C, "interrupt the kernel") ends the run softly: the jobs in
-        flight are finished and kept, then KeyboardInterrupt is raised; a second one ends it now.
-        In either case the same call goes on where it was.
+        a line on standard error that counts, at most ten times a second. `memory` ("8GiB") and
+        `until` ("55m") are those of the command. An interrupt (Ctrl-C, "interrupt the kernel") ends
+        the run and raises KeyboardInterrupt: no job is begun any more, and those in flight have
+        `patience` seconds to be finished and kept. The others are done anew by the same call, which
+        goes on where it was. A second interrupt ends the patience.
 
         Raises `RunError` if the run could not go on. Jobs that fail are no error: `failures`.
         """
@@ -167,7 +170,7 @@ class Study:
         options += ["--retry-failed"] if retry_failed else []
         with self._file() as file:
             command = [program(), "run", file, "--json", f"--store={place}", *options]
-            summary = _follow(command, _listener(progress))
+            summary = _follow(command, _listener(progress), patience)
         run = Run(summary)
         run.__dict__["results"] = open(place)[self.name]
         return run
@@ -202,7 +205,9 @@ class Study:
         return table(self.name, [*rows, ("axes", ", ".join(self.axes))])
 
 
-def _follow(command: list[str], listen: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
+def _follow(
+    command: list[str], listen: Callable[[dict[str, Any]], None], patience: float
+) -> dict[str, Any]:
     """Follows a run to its end and returns its summary."""
     # A session of its own, so that an interrupt reaches it once, and from here.
     process = subprocess.Popen(
@@ -221,6 +226,9 @@ def _follow(command: list[str], listen: Callable[[dict[str, Any]], None]) -> dic
     reader.start()
     summary: dict[str, Any] = {}
     stopped: Optional[BaseException] = None
+    # A second signal ends a run without waiting for its jobs.
+    ender = threading.Timer(patience, process.send_signal, (signal.SIGINT,))
+    ender.daemon = True
     while True:
         try:
             line = process.stdout.readline()
@@ -233,9 +241,12 @@ def _follow(command: list[str], listen: Callable[[dict[str, Any]], None]) -> dic
                 listen(event)
         except BaseException as error:
             # Interrupted, or the listener has failed: what is in flight is finished and kept.
+            if stopped is None:
+                ender.start()
             stopped = stopped or error
             process.send_signal(signal.SIGINT)
     code = process.wait()
+    ender.cancel()
     reader.join()
     process.stdout.close()
     errors.close()
@@ -253,16 +264,32 @@ def _follow(command: list[str], listen: Callable[[dict[str, Any]], None]) -> dic
 def _listener(progress: Union[bool, Callable[[dict[str, Any]], None]]) -> Callable[[Any], None]:
     if callable(progress):
         return progress
-    return _count if progress else lambda event: None
+    return Counter(sys.stderr) if progress else lambda event: None
 
 
-def _count(event: dict[str, Any]) -> None:
-    counts = event.get("counts", {})
-    left = event.get("seconds_left")
-    about = f", about {left:.0f} s left" if left else ""
-    waiting = counts.get("waiting", 0) + counts.get("running", 0)
-    end = "\n" if event.get("event") == "finished" else ""
-    print(f"\r{counts.get('done', 0)} done, {waiting} to go{about}  ", end=end, file=sys.stderr)
+class Counter:
+    """Counts the jobs on one line of a terminal or a notebook.
+
+    A line is written at most every `SECONDS`, and one at the end.
+    """
+
+    SECONDS = 0.1
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+        self._next = 0.0
+
+    def __call__(self, event: Mapping[str, Any]) -> None:
+        is_last = event.get("event") == "finished"
+        now = time.monotonic()
+        if "counts" not in event or not (is_last or now >= self._next):
+            return
+        self._next = now + self.SECONDS
+        counts, left = event["counts"], event.get("seconds_left")
+        about = f", about {left:.0f} s left" if left else ""
+        waiting = counts.get("waiting", 0) + counts.get("running", 0)
+        line = f"\r{counts.get('done', 0)} done, {waiting} to go{about}  "
+        print(line, end="\n" if is_last else "", file=self._stream, flush=True)
 
 
 def _error(said: str) -> str:

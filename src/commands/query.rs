@@ -62,19 +62,19 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
             proposal::command(&args.store.store, ["query", &args.name, "--shard", &part])
         );
     }
-    let results = Results::read(study, &source)?;
     if args.columns {
         return write(
             args,
             format,
             TableRows::Whole {
-                table: columns(results.study(), args.steps)?,
+                table: columns(&study, args.steps)?,
                 accounts: &Accounts::default(),
             },
             &selection,
-            results.study(),
+            &study,
         );
     }
+    let results = Results::read(study, &source)?;
     if selection.columns.is_empty() {
         selection.columns = results.usual_columns(args.steps)?;
     }

@@ -1,21 +1,25 @@
 //! `show`: one result whole.
 
-use answers::{effects, warnings};
+use answers::warnings;
 use anyhow::Result;
 use contact::model::Outcome;
-use contact::punch::Surfaces;
 use store::StoreReader;
-use study::Record;
+use study::{Record, Study};
 use wording::escaped_json;
 
 use crate::cli::ShowArgs;
+use crate::increments::PathJob;
 use crate::one_result::{UsedFiles, json, path, words};
 use crate::output::{Finish, layout};
-use crate::stored::{find_key, read_store, stored_study};
+use crate::series::write_series;
+use crate::stored::{find_key, read_store, study_with_files};
+use crate::threads::share_among;
 use crate::{fields, output, stored};
 
 /// Shows one result, its path or one of its fields.
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
+    let (name, file) = (args.field.as_deref(), args.output.as_deref());
+    fields::check_field(name, file)?;
     let reader = read_store(&args.store.store)?;
     let key = find_key(&reader, &args.key)?;
     let record = stored::record(&reader, &key)?;
@@ -28,8 +32,25 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
             output::print(&path.terminal(&layout()))
         };
     }
-    if let Some(name) = &args.field {
-        fields::check_field(name, args.output.as_deref())?;
+    if name.is_some() || file.is_some() {
+        let say_doubt = || {
+            if !record.is_certified() {
+                output::say(
+                    "not certified: the field is that of the last iterate, which is no solution",
+                );
+            }
+        };
+        if let Some(file) = file.filter(|_| fields::is_series(file)) {
+            share_among(0)?;
+            fields::only_of_a_search(args.solution)?;
+            let job = record.parse_job()?;
+            let study = study_with_files(&reader, &job)?;
+            let surfaces = study.as_ref().map(Study::surfaces).cloned().unwrap_or_default();
+            let path = PathJob { job, surfaces: &surfaces, record: Some(&record) };
+            let finish = write_series(&path, name, file)?;
+            say_doubt();
+            return Ok(finish);
+        }
         let fields = match record.multiplicity() {
             Some(found) => fields::solution_fields(found, args.solution)?,
             None => {
@@ -37,12 +58,8 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
                 stored::fields(reader.blobs(), &record)?
             }
         };
-        if !record.is_certified() {
-            output::say(
-                "not certified: the field is that of the last iterate, which is no solution",
-            );
-        }
-        return fields::show_field(&fields, name, args.output.as_deref());
+        say_doubt();
+        return fields::show_field(&fields, name, file);
     }
     let end = record.outcome().filter(|_| record.is_certified()).and_then(Outcome::last);
     let patches = end.map_or(0, |end| end.observables.patches);
@@ -67,15 +84,6 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
 /// holds them.
 fn stored_files(reader: &StoreReader, record: &Record) -> Result<UsedFiles> {
     let job = record.parse_job()?;
-    if effects::missing_surface(&job, &Surfaces::new()).is_none() {
-        return Ok(UsedFiles::default());
-    }
-    for name in reader.study_names()? {
-        // A damaged study is no reason to show nothing.
-        let Ok(study) = stored_study(reader, &name) else { continue };
-        if effects::missing_surface(&job, study.surfaces()).is_none() {
-            return Ok(UsedFiles::of(&study, &job));
-        }
-    }
-    Ok(UsedFiles::default())
+    let study = study_with_files(reader, &job)?;
+    Ok(study.map(|study| UsedFiles::of(&study, &job)).unwrap_or_default())
 }

@@ -9,8 +9,10 @@ use study::{Adaptive, Kind, Study};
 
 use crate::account::study_file;
 use crate::cli::SolveArgs;
+use crate::increments::PathJob;
 use crate::one_result::UsedFiles;
 use crate::output::{Finish, layout};
+use crate::series::write_series;
 use crate::solving::{SolvedScene, solve_scene};
 use crate::study_file::{edit_study, parse_study, read_text};
 use crate::threads::share_among;
@@ -21,9 +23,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     share_among(0)?;
     let text = read_text(&args.scene)?;
     let study = single_scene(args, &text)?;
-    if let Some(name) = &args.field {
-        fields::check_field(name, args.output.as_deref())?;
-    }
+    fields::check_field(args.field.as_deref(), args.output.as_deref())?;
     if study.kind() != Kind::Multiplicity {
         fields::only_of_a_search(args.solution)?;
     }
@@ -69,13 +69,19 @@ fn run_command(args: &SolveArgs) -> String {
 fn show(args: &SolveArgs, study: &Study, solution: &SolvedScene) -> Result<()> {
     let SolvedScene { record, fields, account, .. } = solution;
     let files = UsedFiles::of(study, &record.parse_job()?);
-    if let Some(name) = &args.field {
+    if args.field.is_some() || args.output.is_some() {
+        let (name, file) = (args.field.as_deref(), args.output.as_deref());
+        if let Some(file) = file.filter(|_| fields::is_series(file)) {
+            let (job, surfaces) = (record.parse_job()?, study.surfaces());
+            write_series(&PathJob { job, surfaces, record: Some(record) }, name, file)?;
+            return Ok(());
+        }
         let of_search = record
             .multiplicity()
             .map(|found| fields::solution_fields(found, args.solution))
             .transpose()?;
         let fields = of_search.as_ref().or(fields.as_ref()).context("it has no fields")?;
-        fields::show_field(fields, name, args.output.as_deref())?;
+        fields::show_field(fields, name, file)?;
     } else if args.json {
         output::print_json(&one_result::json(record, fields.as_ref(), &files, Some(account))?)?;
     } else {

@@ -262,6 +262,7 @@ fn show_finds_a_result_by_the_beginning_of_its_key() {
             &["show", &keys[0], "--field", "presure"],
             &["show", &keys[0], "--field", "pressure", "--output", "p.jpg"],
             &["show", &keys[0], "--field", "pressure", "--output", "p"],
+            &["show", &keys[0], "--output", "p.npy"],
             &["show", &keys[0], "--field", "pressure", "--output", "no/p.png"],
         ])
     );

@@ -25,7 +25,7 @@ fn benches(criterion: &mut Criterion) {
         let (scene, numerics) = sphere(n);
         let problem = Problem::new(&scene, &numerics, &Surfaces::new()).expect("a problem");
         let operator = Operators::default().of(&problem);
-        let rule = StopRule { tolerance: 1e-15, max_iterations: 10 };
+        let rule = StopRule { tolerance: 1e-15, max_iterations: 10, cancellation: None };
         sweeps.throughput(Throughput::Elements(10 * u64::from(n * n)));
         sweeps.bench_function(BenchmarkId::from_parameter(n), |bencher| {
             bencher.iter(|| {

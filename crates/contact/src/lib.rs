@@ -75,6 +75,9 @@ pub mod solver;
 pub mod theory;
 pub mod uniqueness;
 
+pub use common::Cancellation;
 pub use forecast::{Forecast, forecast, forecast_bracket, forecast_search};
-pub use path::solve;
+pub use path::{
+    FrictionProblem, FrictionProblemError, SolvedIncrement, Watch, solve, solve_watched,
+};
 pub use problem::{Operator, Operators};

@@ -3,10 +3,14 @@
 //! The folder uses [`solver`](crate::solver), [`assess`](crate::assess) and what is below them. In
 //! reading order:
 //! - `increment`: one increment, from a solver's iterate to a certified outcome;
+//! - `watched`: an increment as it is shown to who watches a path ([`SolvedIncrement`]), and its
+//!   discrete friction problem ([`FrictionProblem`]);
 //! - `follow`: the whole path ([`solve`](fn@crate::solve)), its coarser grids and the estimate.
 
 mod follow;
 mod increment;
+mod watched;
 
-pub use follow::solve;
+pub use follow::{Watch, solve, solve_watched};
 pub(crate) use increment::{Departure, Increment, certify_increment, in_units};
+pub use watched::{FrictionProblem, FrictionProblemError, SolvedIncrement};

@@ -13,6 +13,6 @@ mod quantity;
 mod terminal;
 
 pub(crate) use codes::{FieldCodes, scales};
-pub use export::{VtiError, field_csv, vti};
+pub use export::{SeriesFile, VtiError, field_csv, pvd, vti};
 pub use quantity::{Field, FieldError, FieldGrid, Values};
 pub use terminal::TerminalInk;

@@ -52,7 +52,9 @@ mod table;
 mod text;
 mod unit;
 
-pub use field::{Field, FieldError, FieldGrid, TerminalInk, Values, VtiError, field_csv, vti};
+pub use field::{
+    Field, FieldError, FieldGrid, SeriesFile, TerminalInk, Values, VtiError, field_csv, pvd, vti,
+};
 pub use filter::FilterError;
 pub use page::{
     JobColumn, JobMaps, JobTable, Page, PageBlock, PageFigure, PageSection, quantity_words,

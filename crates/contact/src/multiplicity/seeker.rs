@@ -117,6 +117,7 @@ impl<'a> Seeker<'a> {
         let rule = StopRule {
             tolerance: self.numerics.tolerance,
             max_iterations: self.numerics.max_iterations,
+            cancellation: None,
         };
         let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: PerDof::all(0.0) };
         let legs = scene.loading.legs();
@@ -283,8 +284,18 @@ impl<'a> Seeker<'a> {
         NaturalMap::new(&self.problem, self.dense.matrix(), self.operator.table.largest_diagonal())
     }
 
-    fn rule(&self) -> StopRule {
-        StopRule { tolerance: HANDED_OVER, max_iterations: self.numerics.max_iterations }
+    /// Returns the rule of a start. No start takes long, so a search is given up between them.
+    fn rule(&self) -> StopRule<'static> {
+        StopRule {
+            tolerance: HANDED_OVER,
+            max_iterations: self.numerics.max_iterations,
+            cancellation: None,
+        }
+    }
+
+    /// Returns whether nobody wants the solutions any more.
+    fn is_cancelled(&self) -> bool {
+        self.operators.cancellation().is_requested()
     }
 
     fn count(&mut self, iterate: &Iterate) {
@@ -300,6 +311,9 @@ impl<'a> Seeker<'a> {
 
     /// Starts both methods from the solution of the linear equations of a pattern of states.
     fn pattern(&mut self, origin: Origin, pattern: &[ElementState], motion: PerDof<f64>) {
+        if self.is_cancelled() {
+            return;
+        }
         self.problem.place(&motion);
         let p = self.map().equilibrium(pattern);
         self.result.factorisations += 1;
@@ -308,6 +322,9 @@ impl<'a> Seeker<'a> {
 
     /// Starts one method.
     fn one(&mut self, origin: Origin, method: Method, start: &Start) {
+        if self.is_cancelled() {
+            return;
+        }
         let rule = self.rule();
         let iterate = match method {
             Method::Seidel => solver::solve(
@@ -333,6 +350,9 @@ impl<'a> Seeker<'a> {
         let mu = self.problem.mu;
         let rule = self.rule();
         for factor in factors {
+            if self.is_cancelled() {
+                break;
+            }
             self.problem.mu = mu * factor;
             let steps = StopRule { max_iterations: rule.max_iterations.min(NEWTON_STEPS), ..rule };
             let conditions = Conditions { controls: &self.controls, start: &start, rule: &steps };
@@ -375,7 +395,7 @@ impl<'a> Seeker<'a> {
             self.result.failed += 1;
             return;
         }
-        let rule = StopRule { tolerance: POLISHED, max_iterations: NEWTON_STEPS };
+        let rule = StopRule { tolerance: POLISHED, max_iterations: NEWTON_STEPS, ..self.rule() };
         let start = Start { p: iterate.p, motion: iterate.motion };
         let conditions = Conditions { controls: &self.controls, start: &start, rule: &rule };
         let polished = newton::solve(&mut self.problem, &self.operator, &conditions);

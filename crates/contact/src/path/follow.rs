@@ -1,7 +1,11 @@
 //! The way from a scene to a certified outcome, along the scene's loading path.
 
+use std::ops::ControlFlow;
+
 use super::increment::{Departure, Increment, certify_increment, in_units};
+use super::watched::SolvedIncrement;
 use crate::assess::estimate::{self, PathSolution};
+use crate::common::Cancellation;
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
 use crate::model::{
@@ -30,9 +34,29 @@ pub fn solve(
     surfaces: &Surfaces,
     operators: &mut Operators,
 ) -> Result<(Outcome, Fields), SceneError> {
+    solve_watched(scene, numerics, surfaces, operators, &mut |_| ControlFlow::Continue(()))
+}
+
+/// Looks at an increment and says whether the path is to be followed further.
+pub type Watch<'w> = &'w mut (dyn FnMut(&SolvedIncrement<'_>) -> ControlFlow<()> + Send);
+
+/// Solves a scene as [`solve`] does and shows each increment of its path, as soon as it is solved
+/// and certified, to `watch`. The last one of a path that cannot be followed is the solver's last
+/// iterate. A path that the watcher ends is a failed one.
+///
+/// # Errors
+///
+/// A scene, numerics or surfaces without a meaning are a [`SceneError`].
+pub fn solve_watched(
+    scene: &Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+    operators: &mut Operators,
+    watch: Watch<'_>,
+) -> Result<(Outcome, Fields), SceneError> {
     // The work is on a thread of the pool from the start: from outside, each of the many loops
     // would be handed over and waited for.
-    rayon::scope(|_| follow(scene, numerics, surfaces, operators))
+    rayon::scope(|_| follow(scene, numerics, surfaces, operators, watch))
 }
 
 fn follow(
@@ -40,6 +64,7 @@ fn follow(
     numerics: &Numerics,
     surfaces: &Surfaces,
     operators: &mut Operators,
+    watch: Watch<'_>,
 ) -> Result<(Outcome, Fields), SceneError> {
     scene.validate()?;
     numerics.validate()?;
@@ -47,6 +72,7 @@ fn follow(
     let problem = Problem::under(scene, numerics, &gap)?;
     let elements = [problem.grid.nx(), problem.grid.ny()];
     let effects = Effects::of(scene, numerics, elements, surfaces)?;
+    let cancellation = operators.cancellation().clone();
     let setup = PathSetup {
         scene,
         numerics,
@@ -54,6 +80,7 @@ fn follow(
         stages: effects.stages(scene),
         certified: certified(&effects),
         increments: increments(scene),
+        cancellation: &cancellation,
     };
     let method = numerics.method.chosen(&scene.loading, elements).method;
     let mut ladder = Vec::new();
@@ -63,11 +90,16 @@ fn follow(
         }
         Method::Seidel | Method::Auto => nothing(&problem),
     };
-    let rule = StopRule { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
+    let rule = setup.rule(numerics.tolerance);
     let mut path = Path::new(&setup, problem, start, operators);
     let mut status = Status::Certified;
     for increment in &setup.increments {
         status = path.advance(&setup, method, increment, &rule, operators);
+        let is_wanted = !cancellation.is_requested()
+            && path.solved(&status).is_none_or(|solved| watch(&solved).is_continue());
+        if !is_wanted {
+            status = Status::Failed { reason: "given up".to_owned() };
+        }
         if let Status::Failed { reason } = &status {
             status =
                 Status::Failed { reason: with_place(reason, scene, path.steps.last(), increment) };
@@ -100,6 +132,19 @@ struct PathSetup<'a> {
     certified: Components,
     /// The increments of the path, in order.
     increments: Vec<LegIncrement>,
+    /// The request to give up.
+    cancellation: &'a Cancellation,
+}
+
+impl PathSetup<'_> {
+    /// Returns the rule by which solvers stop at a residual.
+    fn rule(&self, tolerance: f64) -> StopRule<'_> {
+        StopRule {
+            tolerance,
+            max_iterations: self.numerics.max_iterations,
+            cancellation: Some(self.cancellation),
+        }
+    }
 }
 
 /// One increment of a leg.
@@ -170,7 +215,7 @@ impl Path {
         setup: &PathSetup<'_>,
         method: Method,
         LegIncrement { leg, number }: &LegIncrement,
-        rule: &StopRule,
+        rule: &StopRule<'_>,
         operators: &mut Operators,
     ) -> Status {
         if *number == 1 {
@@ -202,6 +247,18 @@ impl Path {
         self.problem.remember(&iterate.p, &slip, &iterate.motion);
         self.start = Start { p: iterate.p, motion: iterate.motion };
         status
+    }
+
+    /// Returns the last increment with its `status`, as it is shown to a watcher.
+    fn solved(&self, status: &Status) -> Option<SolvedIncrement<'_>> {
+        Some(SolvedIncrement {
+            number: self.steps.len() as u64,
+            is_certified: *status == Status::Certified,
+            outcome: self.steps.last()?,
+            fields: &self.fields,
+            problem: &self.problem,
+            tractions: &self.start.p,
+        })
     }
 
     /// Returns the outcomes and the last fields.
@@ -275,7 +332,7 @@ fn first_increment(
     let increment = setup.increments.first()?;
     let start = coarse_start(setup, operators, &problem, START_TOLERANCE, ladder);
     let mut path = Path::new(setup, problem, start, operators);
-    let rule = StopRule { tolerance, max_iterations: setup.numerics.max_iterations };
+    let rule = setup.rule(tolerance);
     path.advance(setup, Method::Newton, increment, &rule, operators);
     Some(path)
 }
@@ -304,8 +361,7 @@ fn estimate(
     if !coarse.steps.iter().all(|step| step.certificate.meets(estimate::TOLERANCE)) {
         return None;
     }
-    let rule =
-        StopRule { tolerance: estimate::TOLERANCE, max_iterations: setup.numerics.max_iterations };
+    let rule = setup.rule(estimate::TOLERANCE);
     for increment in &setup.increments[coarse.steps.len()..] {
         let status = coarse.advance(setup, Method::Newton, increment, &rule, operators);
         if status != Status::Certified {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::equation::{OperatorKey, Problem};
+use crate::common::Cancellation;
 use crate::influence::{Circulant, Influence, InfluenceTable, Mirror, Scratch, Toeplitz};
 
 /// The operator of a problem, for its components and on its side of mirror planes, with the
@@ -48,6 +49,8 @@ pub struct Operators {
     kept: Vec<KeptOperator>,
     /// The budget \[bytes\].
     budget: usize,
+    /// The request to give up the solves that use them.
+    cancellation: Cancellation,
 }
 
 /// An operator that is kept, with its key.
@@ -61,7 +64,17 @@ struct KeptOperator {
 impl Operators {
     /// Keeps operators of up to `budget` bytes in all. The one in use is kept whatever its size.
     pub(crate) fn new(budget: usize) -> Self {
-        Self { kept: Vec::new(), budget }
+        Self { kept: Vec::new(), budget, cancellation: Cancellation::default() }
+    }
+
+    /// Makes operators for solves that end early when `cancellation` is requested.
+    pub fn cancelled_by(cancellation: &Cancellation) -> Self {
+        Self { cancellation: cancellation.clone(), ..Self::default() }
+    }
+
+    /// Returns the request to give up the solves that use them.
+    pub fn cancellation(&self) -> &Cancellation {
+        &self.cancellation
     }
 
     /// Returns the operator of `problem`, which is made if it is not kept.

@@ -96,7 +96,7 @@ fn prescribed(
     problem: &mut Problem,
     operator: &Operator,
     start: &Start,
-    rule: &StopRule,
+    rule: &StopRule<'_>,
 ) -> Iterate {
     let controls = start.motion.map(Control::Motion);
     let mut iterate =

@@ -19,6 +19,11 @@ pub(crate) trait LinearSystem {
 
     /// Sets `x` to about A⁻¹ `rows`.
     fn precondition(&mut self, x: &mut [f64], rows: &[f64]);
+
+    /// Returns whether the answer is taken as it is, because nobody wants it any more.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
 }
 
 /// The directions of earlier solves, whose memory the next one uses again. They are no more than
@@ -80,6 +85,7 @@ pub(crate) fn solve(
         figures.residual = start / size;
         if figures.residual <= tolerance
             || figures.applications >= max_applications
+            || system.is_cancelled()
             || !start.is_finite()
         {
             return KrylovSolution { x, figures };
@@ -90,7 +96,10 @@ pub(crate) fn solve(
         let (mut columns, mut rotations): (Vec<Vec<f64>>, Vec<(f64, f64)>) =
             (Vec::new(), Vec::new());
         let mut rest = vec![start];
-        while columns.len() < RESTART && figures.applications < max_applications {
+        while columns.len() < RESTART
+            && figures.applications < max_applications
+            && !system.is_cancelled()
+        {
             let mut v = memory.vector(rhs.len());
             system.precondition(&mut prepared, &basis[columns.len()]);
             system.apply(&mut v, &prepared);

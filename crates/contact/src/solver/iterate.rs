@@ -1,5 +1,6 @@
 //! The start of a solver, the iterate that it hands over, and the rule by which it may stop.
 
+use crate::common::Cancellation;
 use crate::model::{Control, Dof, PerDof, Route};
 
 /// The place where a solver begins, in the problem's units.
@@ -73,12 +74,21 @@ impl Stop {
 }
 
 /// The rule by which a solver may stop.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StopRule {
+#[derive(Clone, Copy, Debug)]
+pub struct StopRule<'a> {
     /// The relative natural-map residual to reach.
     pub tolerance: f64,
     /// The number of iterations after which the solver gives up.
     pub max_iterations: u32,
+    /// The request to give up before, if somebody can make one.
+    pub cancellation: Option<&'a Cancellation>,
+}
+
+impl StopRule<'_> {
+    /// Returns whether the solver is asked to give up.
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.cancellation.is_some_and(Cancellation::is_requested)
+    }
 }
 
 /// The target of a solve, its start, and the rule by which it may stop.
@@ -89,5 +99,5 @@ pub(crate) struct Conditions<'a> {
     /// The place where the solver begins.
     pub(crate) start: &'a Start,
     /// The rule by which it may stop.
-    pub(crate) rule: &'a StopRule,
+    pub(crate) rule: &'a StopRule<'a>,
 }

@@ -13,7 +13,7 @@ const MAX_ROUNDS: u64 = 40;
 
 /// A solver for prescribed motions. It solves the problem as it is placed, from the tractions of
 /// the start.
-pub(super) type Inner = fn(&mut Problem, &Operator, &Start, &StopRule) -> Iterate;
+pub(super) type Inner = fn(&mut Problem, &Operator, &Start, &StopRule<'_>) -> Iterate;
 
 /// The outer step that led to a motion.
 struct OuterStep {
@@ -81,7 +81,8 @@ pub(super) fn solve(
         let mut w = vec![0.0; p.len()];
         operator.apply(&mut w, &p, &mut scratch);
         w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
-        let (stiffness, applications) = newton::stiffness(problem, operator, &p, &w, &governed);
+        let (stiffness, applications) =
+            newton::stiffness(problem, operator, [&p, &w], &governed, rule);
         total.operator_applications += applications + 1;
         let resultants = problem.resultants(&p);
         let mut change = faer::Mat::from_fn(governed.len(), 1, |i, _| {

@@ -17,9 +17,9 @@ use primitives::FullPivotLu;
 
 use super::free::{ContactElement, ContactState, Free};
 use super::gmres::{self, KrylovSolution, LinearSystem, Memory};
-use super::iterate::{Conditions, Iterate, Stop};
+use super::iterate::{Conditions, Iterate, Stop, StopRule};
 use super::{controls, vector};
-use crate::common::parallel;
+use crate::common::{Cancellation, parallel};
 use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weighted_images};
 use crate::model::{Dof, PerDof, Route, rigid_modes};
 use crate::problem::{Operator, Problem, h_u};
@@ -102,7 +102,7 @@ pub(crate) fn solve(
         } else if iterate.iterations - best_iteration > PATIENCE {
             break Stop::Stalled { residual: best };
         }
-        if iterate.iterations >= u64::from(rule.max_iterations) {
+        if iterate.iterations >= u64::from(rule.max_iterations) || rule.is_cancelled() {
             break Stop::OutOfIterations { residual: worst };
         }
         let mut contact = Contact::of(problem, &p, &w, diagonals);
@@ -111,6 +111,7 @@ pub(crate) fn solve(
         }
         let (window, inner) = contact.surroundings(problem, operator, &mut local);
         let mut linear = Linear::new(problem, inner, window, &contact, scratch);
+        linear.cancellation = rule.cancellation;
         let forcing = (0.5 * worst.min(1.0).sqrt()).clamp(1e-6, LOOSEST).max(0.1 * target / worst);
         let changes = linear.step(&mut p, &w, &targets, &governed, forcing, &mut memory);
         iterate.operator_applications += linear.applications;
@@ -133,14 +134,15 @@ pub(crate) fn solve(
 pub(super) fn stiffness(
     problem: &Problem,
     operator: &Operator,
-    p: &[f64],
-    w: &[f64],
+    [p, w]: [&[f64]; 2],
     governed: &[Dof],
+    rule: &StopRule<'_>,
 ) -> (faer::Mat<f64>, u64) {
     let contact = Contact::of(problem, p, w, operator.table.diagonals());
     let mut local = None;
     let (window, inner) = contact.surroundings(problem, operator, &mut local);
     let mut linear = Linear::new(problem, inner, window, &contact, operator.scratch());
+    linear.cancellation = rule.cancellation;
     let resultants: Vec<Vec<f64>> = governed.iter().map(|&dof| linear.resultant(dof)).collect();
     let mut memory = Memory::default();
     let mut stiffness = faer::Mat::zeros(governed.len(), governed.len());
@@ -292,6 +294,8 @@ struct Linear<'a> {
     image: Vec<f64>,
     scratch: Scratch,
     applications: u64,
+    /// The request to give up, if somebody can make one.
+    cancellation: Option<&'a Cancellation>,
 }
 
 /// The rows and columns that the motions under forces add to the linear system.
@@ -328,6 +332,7 @@ impl<'a> Linear<'a> {
             image: vec![0.0; len],
             scratch,
             applications: 0,
+            cancellation: None,
         }
     }
 

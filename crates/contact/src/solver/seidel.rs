@@ -27,7 +27,7 @@ pub fn solve(
     problem: &Problem,
     table: &InfluenceTable,
     start: Vec<f64>,
-    rule: &StopRule,
+    rule: &StopRule<'_>,
 ) -> Iterate {
     let diagonal = table.coefficient(0, 0);
     let diagonals = table.diagonals();
@@ -61,10 +61,10 @@ pub fn solve(
         } else if sweeps - best_sweep > PATIENCE {
             break Stop::Stalled { residual: best };
         }
-        if sweeps >= u64::from(rule.max_iterations) {
+        if sweeps >= u64::from(rule.max_iterations) || rule.is_cancelled() {
             break Stop::OutOfIterations { residual };
         }
-        for &e in &elements {
+        for &e in elements.iter().take_while(|_| !rule.is_cancelled()) {
             let old = [p[e], p[k + e], p[2 * k + e]];
             let v = [0, 1, 2].map(|c| w[c * k + e] + problem.epsilon * old[c]);
             let new = g_mu(

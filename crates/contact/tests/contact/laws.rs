@@ -319,7 +319,7 @@ impl Solved {
             &problem,
             &table,
             start,
-            &StopRule { tolerance: 1e-12, max_iterations: 2000 },
+            &StopRule { tolerance: 1e-12, max_iterations: 2000, cancellation: None },
         );
         assert_eq!(iterate.stop, Stop::Converged);
         Self {

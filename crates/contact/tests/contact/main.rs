@@ -15,7 +15,7 @@
 //! | `problem` | `effects` (reductions), `laws` (units, shared operators), `hard_cases` (range) |
 //! | `solver` | `agreement`, `beyond_uniqueness`, `peers`, `hard_cases` |
 //! | `assess` | `laws` (the certificate), `convergence` (norms, errors), `estimate` |
-//! | `path` | `paths`, `peers` (histories), `hard_cases` (a cycle of 200 steps) |
+//! | `path` | `paths`, `watched`, `peers` (histories), `hard_cases` (a cycle of 200 steps) |
 //! | `uniqueness` | `uniqueness_lower`, `uniqueness_upper` |
 //! | `multiplicity` | `multiplicity` |
 //! | `forecast` | `laws` (a forecast refuses what the problem refuses) |
@@ -54,5 +54,7 @@ mod peers;
 mod uniqueness_lower;
 /// Upper ends of the bracket of μ* are as low as known, and wrong witnesses are refused.
 mod uniqueness_upper;
+/// A path that is watched shows its increments, their discrete problems, and ends on request.
+mod watched;
 /// A wheel on a rail meets CONTACT's benchmark and Hertz.
 mod wheel_rail;

@@ -146,6 +146,37 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
     Ok(out)
 }
 
+/// A file of a series and the place that it has there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeriesFile {
+    /// The place, in which VTK sees a time.
+    pub time: f64,
+    /// The path of the file, relative to that of the series.
+    pub path: String,
+}
+
+/// Writes the index of a series of VTK files (`.pvd`), which ParaView and PyVista open as one.
+///
+/// Source: <https://docs.paraview.org/en/latest/UsersGuide/dataIngestion.html>.
+pub fn pvd(files: &[SeriesFile]) -> String {
+    let mut out = String::from(
+        "<?xml version=\"1.0\"?>\n\
+         <VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\">\n<Collection>\n",
+    );
+    for SeriesFile { time, path } in files {
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            out,
+            "<DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>",
+            exact(*time),
+            escape(path)
+        );
+    }
+    out += "</Collection>\n</VTKFile>\n";
+    out
+}
+
 /// Writes fields on one grid as CSV: the columns `x,y` of the centre of each element in metres,
 /// then a column for each field.
 ///
