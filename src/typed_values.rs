@@ -138,7 +138,7 @@ mod tests {
         assert!(values[0] == 8.0 && values[1].is_nan() && values[2] == 0.5);
         assert_eq!(missing, [false, true, false]);
         let texts = add(vec![Cell::Text("8x12".to_owned())]);
-        let expected = [Some("8"), None, Some("0.5"), Some("8x12")];
+        let expected = [Some("8.0"), None, Some("0.5"), Some("8x12")];
         assert_eq!(texts, TypedValues::Text(expected.map(|text| text.map(str::to_owned)).to_vec()));
     }
 }
