@@ -228,7 +228,8 @@ impl ReadStore {
     }
 
     /// Returns the reader for one question: the one that is open, or a new one if records may have
-    /// come since or another process has opened it. To look takes 0.2 ms, to open a small store 4 ms.
+    /// come since or another process has opened it. To look takes 0.2 ms, to open a small store
+    /// takes 4 ms.
     fn reader(&self) -> Result<Arc<StoreReader>> {
         let opened = || self.opened.lock().unwrap_or_else(PoisonError::into_inner);
         let present = {

@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::store::Store;
+    use crate::store::StoreObject;
     #[pymodule_export]
     use crate::study::{check, friction_problem, path_fields, solve};
 }

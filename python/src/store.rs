@@ -16,16 +16,16 @@ use crate::threads::{detached, interruptible};
 
 /// A store that is read beside whatever run is writing it. Every question is answered from what is
 /// there when it is asked.
-#[pyclass(frozen, module = "tribosweep._native")]
-pub(crate) struct Store {
+#[pyclass(name = "Store", frozen, module = "tribosweep._native")]
+pub(crate) struct StoreObject {
     store: Arc<ReadStore>,
 }
 
 #[pymethods]
-impl Store {
+impl StoreObject {
     #[new]
     fn new(py: Python<'_>, directory: PathBuf) -> PyResult<Self> {
-        Ok(Store { store: Arc::new(detached(py, || ReadStore::open(&directory))?) })
+        Ok(StoreObject { store: Arc::new(detached(py, || ReadStore::open(&directory))?) })
     }
 
     /// Returns what is to be said of the place from which records are read.

@@ -40,6 +40,7 @@ pub(crate) fn packages() -> Vec<Package> {
             package(&name, &place.join("src"))
         })
         .collect();
+    packages.push(package("python", &root().join("python/src")));
     packages.push(package("tribosweep", &root().join("src")));
     packages
 }
