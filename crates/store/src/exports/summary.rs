@@ -26,8 +26,9 @@ pub struct ExportSummary {
     pub header: ExportHeader,
     /// The number of jobs that have a record in the file.
     pub records: usize,
-    /// The last note that the writer left. A reader that has [rules](MergeRules::unfinished) does
-    /// not believe that a shard is finished whose file is not closed, or has lost something.
+    /// The last note that the writer left. A reader that has
+    /// [rules](crate::MergeRules::unfinished) does not believe that a shard is finished whose file
+    /// is not closed, or has lost something.
     pub note: Option<Vec<u8>>,
     /// The shards that were merged into the file, with their last notes.
     pub parts: Vec<ShardState>,
