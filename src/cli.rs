@@ -336,7 +336,7 @@ pub(crate) struct QueryArgs {
     /// Columns to sort by, separated by commas; -column sorts downwards (write --sort=-column)
     #[arg(long, value_delimiter = ',', value_name = "COLUMNS", allow_hyphen_values = true)]
     pub(crate) sort: Vec<String>,
-    /// How to print it
+    /// Print it in this form
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: TableFormat,
     /// The same as --format json
@@ -500,7 +500,7 @@ pub(crate) enum CitationFormat {
 pub(crate) struct CiteArgs {
     /// Name of the study in the store, or a study file
     pub(crate) name: String,
-    /// How to print it
+    /// Print it in this form
     #[arg(long, value_enum, default_value = "text")]
     pub(crate) format: CitationFormat,
     /// Print JSON

@@ -215,7 +215,7 @@ fn what_is_there_and_no_file_is_not_replaced() {
     ]));
 }
 
-/// What is wrong with a question is no fault of the file or the terminal.
+/// A mistake in a question is no fault of the file or the terminal.
 #[test]
 fn a_question_that_makes_no_sense_is_not_a_failure_to_write() {
     let place = Place::run();

@@ -16,8 +16,8 @@ const SHORT: usize = 12;
 
 /// The account of a run.
 ///
-/// What an earlier version of the program did not write is empty, and what a later one writes
-/// besides is passed over.
+/// A field that an earlier version of the program did not write is empty, and one that a later
+/// version adds is passed over.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RunAccount {

@@ -3,8 +3,8 @@
 //! Most axes do not change what a job takes. Those that do are found by forecasts along each axis,
 //! with the others at three places; their steps fall into classes of equal forecasts. A combination
 //! of classes is a piece of the row, of which one forecast is made and the sequences are counted.
-//! Where there are too many combinations, the steps of the axes with most classes fall into classes
-//! of similar cost, whatever their operators.
+//! The steps of the axes with most classes fall into classes of similar cost, whatever their
+//! operators, where there are too many combinations.
 
 use std::collections::HashMap;
 

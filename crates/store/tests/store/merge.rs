@@ -424,7 +424,7 @@ fn a_shard_of_which_something_was_lost_is_not_finished() {
 }
 
 std::thread_local! {
-    /// What another process merges while this one does: a source and the target.
+    /// The merge of another process that comes in between: its source and its target.
     static MEANWHILE: std::cell::Cell<Option<[PathBuf; 2]>> = const { std::cell::Cell::new(None) };
 }
 
