@@ -6,6 +6,7 @@ use answers::shards::Shard;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use study::MOST_SHARDS;
 
+use crate::failure_limit::FailureLimit;
 use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
 use crate::shard_choice::{ShardChoice, shard_choice};
 use crate::slurm::TimeLimit;
@@ -18,7 +19,7 @@ use crate::time_budget::TimeBudget;
     version,
     about,
     disable_help_subcommand = true,
-    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 75 stopped in time (the same command goes on), 130 interrupted."
+    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 3 stopped by --max-failures, 75 stopped by --until or --max-jobs (the same command goes on), 130 interrupted."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -147,6 +148,13 @@ pub(crate) struct ExecutionArgs {
     /// most 20 s
     #[arg(long, value_name = "DURATION", value_parser = TimeBudget::parse)]
     pub(crate) until: Option<TimeBudget>,
+    /// Compute so many jobs at most, and exit with code 75 if some are left
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) max_jobs: Option<u32>,
+    /// Begin no further job once more than so many have failed, for example 5 or 10% of the jobs
+    /// to compute, and exit with code 3
+    #[arg(long, value_name = "LIMIT", value_parser = FailureLimit::parse)]
+    pub(crate) max_failures: Option<FailureLimit>,
     /// Print events as JSON lines on standard output instead of a progress bar
     #[arg(long)]
     pub(crate) json: bool,

@@ -14,6 +14,7 @@ mod commands;
 mod effect_text;
 mod execution;
 mod exporting;
+mod failure_limit;
 mod fields;
 mod figures;
 mod frozen_study;

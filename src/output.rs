@@ -18,7 +18,9 @@ pub(crate) enum Finish {
     Mistake,
     /// The command finished, but some jobs failed.
     SomeFailed,
-    /// The command stopped in time, and some jobs are left.
+    /// More jobs failed than were allowed, and some are left.
+    TooManyFailed,
+    /// The command stopped within its time or its number of jobs, and some are left.
     StoppedInTime,
     /// The command was interrupted.
     Interrupted,
@@ -30,6 +32,7 @@ impl From<Finish> for ExitCode {
             Finish::AllDone => 0,
             Finish::Mistake => 1,
             Finish::SomeFailed => 2,
+            Finish::TooManyFailed => 3,
             // EX_TEMPFAIL of sysexits.h: to be started again.
             Finish::StoppedInTime => 75,
             Finish::Interrupted => 130,

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod adaptive;
+mod budgets;
 mod cite;
 mod effects;
 mod failed;

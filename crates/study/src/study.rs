@@ -271,6 +271,12 @@ impl Study {
         }
     }
 
+    /// Returns the level of the `index`-th point: the points up to any level are a coarse grid of
+    /// the axes, so a run that takes low levels first has answers early.
+    pub fn level(&self, index: usize) -> u32 {
+        axis::point_level(&self.groups, &axis::steps(&self.groups, index))
+    }
+
     /// Refuses a part of the study that has more points than one run takes.
     ///
     /// # Errors
