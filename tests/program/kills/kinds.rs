@@ -6,7 +6,7 @@ use std::os::unix::process::ExitStatusExt;
 use std::thread::sleep;
 use std::time::Duration;
 
-use super::{MarkedPlace, Results, Running, keys};
+use super::place::{MarkedPlace, Results, Running, keys};
 
 const UNIQUENESS: &str = r#"
 name = "kinds"
