@@ -1,5 +1,6 @@
 //! Studies that choose points as they go. Meshes are refined until a result holds still or is
-//! [accurate](crate::accuracy), or one axis is halved.
+//! [accurate](crate::accuracy), or points are added along axes: where a condition changes, where a
+//! result takes a value, or where a curve or a map bends.
 //!
 //! ```toml
 //! [refine]                    # doubles numerics.mesh, at every point of the axes, until
@@ -16,11 +17,34 @@
 //!                             # whole axis, where they begin at 0 or below
 //! ```
 //!
+//! ```toml
+//! [find]                      # finds every value
+//! axis = "friction.mu"        # of an axis
+//! column = "stick_fraction"   # at which this result
+//! value = 0.5                 # crosses this: a number, or a text with a unit; between which of
+//! to = "0.1%"                 # the given values it does tells where to look, until the bracket
+//!                             # is no longer than this part of its upper end; of the whole axis,
+//!                             # where the given values begin at 0 or below
+//! ```
+//! ```toml
+//! [fill]                      # adds points
+//! axis = "friction.mu"        # along an axis, or two for a map
+//! column = "stick_fraction"   # where this result bends most
+//! to = "1%"                   # until straight lines between the points are off by no more than
+//!                             # this part of the column's range, by estimate, or the points are
+//!                             # no further apart than this part of the axis
+//! at_most = 40                # or so many points have been added, at each combination of the
+//!                             # other axes; 1000 if left out
+//! ```
+//!
 //! The choice follows from the results alone. A study that was killed therefore goes on where it
 //! was, and its points are the same on any number of workers.
 
 mod axis;
 mod bisect;
+mod figure;
+mod fill;
+mod find;
 mod refine;
 mod rule;
 mod table;
@@ -31,16 +55,22 @@ use crate::axis::Group;
 use crate::columns::Column;
 use crate::error::Mistake;
 use crate::key::Key;
+use crate::read::Node;
 use crate::sheet::Given;
 
 use bisect::read_bisect;
+use fill::read_fill;
+use find::read_find;
 use refine::read_refine;
 
-pub use rule::Adaptive;
+pub use rule::{Adaptive, Filling, RootSearch};
 pub use table::OF_ONE_JOB;
 
-/// Reads `[refine]` or `[bisect]` at the `root` of a study, which exclude each other and
-/// `accuracy`. `base`, `groups` and `columns` are the study's.
+/// The rules of which a study has at most one. `accuracy` is read by itself.
+pub(crate) const RULES: [&str; 5] = ["accuracy", "refine", "bisect", "find", "fill"];
+
+/// Reads the rule at the `root` of a study, which excludes any other. `base`, `groups` and
+/// `columns` are the study's.
 pub(crate) fn read(
     root: &DeTable<'_>,
     base: &[(Key, Given)],
@@ -49,28 +79,20 @@ pub(crate) fn read(
     mistakes: &mut Vec<Mistake>,
 ) -> Option<Adaptive> {
     let before = mistakes.len();
-    let [accuracy, refine, bisect] = ["accuracy", "refine", "bisect"].map(|name| root.get(name));
-    if let (Some(accuracy), Some(other)) = (accuracy, refine.or(bisect)) {
-        let mistake = Mistake::new(
-            other.span(),
-            "a study chooses its points in one way only",
-            "needs one of the two",
-        );
-        mistakes.push(mistake.context(accuracy.span(), "the other is here"));
+    let given: Vec<(&str, &Node<'_>)> =
+        RULES.iter().filter_map(|name| Some((*name, root.get(*name)?))).collect();
+    if let [(first, place), (second, node), ..] = given[..] {
+        let message = format!("a study chooses its points in one way, and not by `{second}` too");
+        let mistake = Mistake::new(node.span(), message, "needs one of the two");
+        mistakes.push(mistake.context(place.span(), format!("`{first}` is here")));
+        return None;
     }
-    let read = match (refine, bisect) {
-        (Some(refine), Some(bisect)) => {
-            let mistake = Mistake::new(
-                bisect.span(),
-                "a study cannot both refine and bisect",
-                "needs one of the two",
-            );
-            mistakes.push(mistake.context(refine.span(), "the other is here"));
-            None
-        }
-        (Some(node), None) => read_refine(node, base, groups, columns, mistakes),
-        (None, Some(node)) => read_bisect(node, groups, mistakes),
-        (None, None) => None,
+    let read = match given[..] {
+        [("refine", node)] => read_refine(node, base, groups, columns, mistakes),
+        [("bisect", node)] => read_bisect(node, groups, mistakes),
+        [("find", node)] => read_find(node, groups, columns, mistakes),
+        [("fill", node)] => read_fill(node, groups, columns, mistakes),
+        _ => None,
     };
     read.filter(|_| mistakes.len() == before)
 }

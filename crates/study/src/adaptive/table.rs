@@ -4,7 +4,7 @@
 use toml::de::DeValue;
 
 use crate::column_name::column_name;
-use crate::columns::{Column, find};
+use crate::columns::{Column, Role, find};
 use crate::error::Mistake;
 use crate::read::{self, Node};
 
@@ -52,4 +52,21 @@ pub(super) fn result_column(
         Some(why) => Err(Mistake::new(node.span(), why, OF_ONE_JOB)),
         None => Ok(name),
     }
+}
+
+/// Reads the name of a column of numbers that a study can be asked for: it follows from the scene
+/// and is the same whoever computes it.
+pub(super) fn caused_column(
+    path: &str,
+    node: &Node<'_>,
+    columns: &[Column],
+) -> Result<String, Mistake> {
+    let name = result_column(path, node, columns)?;
+    let why = match find(columns, &name).map(|column| column.role) {
+        Some(Role::Axis | Role::Key) => "is given by the study and no result",
+        Some(Role::Provenance) => "differs from run to run",
+        _ => return Ok(name),
+    };
+    let message = format!("`{path}`: the column `{name}` {why}");
+    Err(Mistake::new(node.span(), message, "must be of a result, like `load` or `stick_fraction`"))
 }
