@@ -159,7 +159,7 @@ pub fn sources(subject: CitedSubject) -> Sources {
             works: &[&ALEXANDROV, &KNYAZEV, &NOCEDAL, &LEWIS],
             derived: "both sides of the bracket: the certificate below and the witness above",
         },
-        CitedSubject::Roots => works(&[&OLIVEIRA]),
+        CitedSubject::Roots => works(&[&OLIVEIRA, &CHANDRUPATLA]),
         CitedSubject::Filling => Sources {
             works: &[&NIJHOLT, &BABUSKA],
             derived: "halved cells in place of triangles, and their estimated deviation",
@@ -397,6 +397,19 @@ const OLIVEIRA: CitedWork = CitedWork {
     pages: "5:1–5:24",
     year: Some(2020),
     doi: Some("10.1145/3423597"),
+};
+
+const CHANDRUPATLA: CitedWork = CitedWork {
+    key: "chandrupatla1997",
+    form: WorkForm::Article,
+    authors: &["Chandrupatla, T. R."],
+    title: "A new hybrid quadratic/bisection algorithm for finding the zero of a nonlinear function \
+            without using derivatives",
+    published_in: "Advances in Engineering Software",
+    volume: "28",
+    pages: "145–149",
+    year: Some(1997),
+    doi: Some("10.1016/S0965-9978(96)00051-8"),
 };
 
 const NIJHOLT: CitedWork = CitedWork {

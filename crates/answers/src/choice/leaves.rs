@@ -1,11 +1,13 @@
 //! The cells between the points of a curve or a map, and which of them to divide.
 //!
 //! A cell is an interval of a curve or a rectangle of a map. It bends along an axis by what the
-//! straight line between its ends is off there, by estimate: half of the height of the triangle
-//! that the line makes with the continued lines of the neighbours, which no convex curve leaves. For
-//! a parabola that is twice what is true, for a kink at least half of it. A map is interpolated
-//! between the four corners of a cell, so what it is off by is the sum over both axes. Cells are
-//! halved along the axis along which they bend more.
+//! straight line between its ends is off there, by estimate: an eighth of its length times the sum
+//! of the changes of slope at both ends. For a parabola that is twice what is true, for a kink at
+//! least half of it. The height of the triangle that the line makes with the continued lines of the
+//! neighbours is sharper for both, but nothing where a point lies just on the middle of a steep
+//! step, which is where given values often lie. A map is interpolated between the four corners of a
+//! cell, so what it is off by is the sum over both axes. Cells are halved along the axis along which
+//! they bend more.
 //!
 //! All cells that bend too much are halved at once, and what comes next is decided when all their
 //! new points have values. So the points follow from the values alone, and neither the order nor
@@ -310,8 +312,7 @@ impl Leaves {
         let [before, after] = outer.map(|slope| Some((slope? - inner).abs()));
         // At the end of a line both ends of the cell are taken to bend alike.
         let (before, after) = (before.or(after)?, after.or(before)?);
-        let height = self.length(leaf, axis) * before * after / (before + after);
-        Some(if height.is_finite() { 0.5 * height } else { 0.0 })
+        Some(self.length(leaf, axis) / 8.0 * (before + after))
     }
 }
 

