@@ -7,7 +7,8 @@
 //! neighbours is sharper for both, but nothing where a point lies just on the middle of a steep
 //! step, which is where given values often lie. A map is interpolated between the four corners of a
 //! cell, so what it is off by is the sum over both axes. Cells are halved along the axis along which
-//! they bend more.
+//! they bend more. The first and the last interval of a curve are halved in any case: a neighbour
+//! on one side hides where the curve begins to bend.
 //!
 //! All cells that bend too much are halved at once, and what comes next is decided when all their
 //! new points have values. So the points follow from the values alone, and neither the order nor
@@ -93,6 +94,8 @@ struct Leaf {
     high: GridPlace,
     /// The deviation along each axis where its own points do not tell: what its parent's told.
     assumed: [f64; 2],
+    /// True if it lies between given values.
+    is_given: bool,
 }
 
 /// A cell that is to be halved.
@@ -125,6 +128,7 @@ impl Leaves {
             low: [x, y].map(given_place),
             high: [high(0, x), high(1, y)].map(given_place),
             assumed,
+            is_given: true,
         };
         let leaves = cells(0).flat_map(|x| cells(1).map(move |y| leaf(x, y))).collect();
         let lines = [BTreeMap::new(), BTreeMap::new()];
@@ -310,6 +314,11 @@ impl Leaves {
             after.and_then(|([_, along], _)| slope(to, *along)),
         ];
         let [before, after] = outer.map(|slope| Some((slope? - inner).abs()));
+        // A curve that bends before its first neighbour hides that from the estimate.
+        let is_curve = self.given[1].len() == 1;
+        if is_curve && leaf.is_given && before.is_some() != after.is_some() {
+            return None;
+        }
         // At the end of a line both ends of the cell are taken to bend alike.
         let (before, after) = (before.or(after)?, after.or(before)?);
         Some(self.length(leaf, axis) / 8.0 * (before + after))
@@ -343,7 +352,7 @@ impl Leaf {
     fn halves(&self, axis: usize, bend: [f64; 2]) -> [Leaf; 2] {
         let mut assumed = bend;
         assumed[axis] /= 4.0;
-        let [mut first, mut second] = [Leaf { assumed, ..*self }; 2];
+        let [mut first, mut second] = [Leaf { assumed, is_given: false, ..*self }; 2];
         let middle = self.middle_along(axis);
         first.high[axis] = middle;
         second.low[axis] = middle;

@@ -121,11 +121,14 @@ fn a_jump_is_found_to_a_part_of_the_axis() {
 #[test]
 fn flat_functions_and_straight_lines_get_few_points() {
     let flat = curve(5, Some(0.01), 1000, |x| 3.0 + 1e-12 * (50.0 * x).sin());
-    assert_eq!((flat.added, flat.end), (0, FillingEnd::Flat));
+    assert_eq!((flat.added, flat.end), (2, FillingEnd::Flat));
     let flat = curve(5, None, 40, |_| 0.0);
-    assert_eq!((flat.added, flat.end), (0, FillingEnd::Flat));
+    assert_eq!((flat.added, flat.end), (2, FillingEnd::Flat));
     let line = curve(5, Some(0.01), 1000, |x| 2.0 * x + 1.0);
-    assert_eq!((line.added, line.end), (0, FillingEnd::Smooth));
+    assert_eq!((line.added, line.end), (2, FillingEnd::Smooth));
+    // A curve that bends in its first interval alone.
+    let hidden = curve(4, Some(0.01), 1000, |x| if x < 0.2 { 0.0 } else { 1.0 - 0.2 / x });
+    assert!(distance(&hidden, |x| if x < 0.2 { 0.0 } else { 1.0 - 0.2 / x }) < 0.02);
     // Two points tell of no bend; the middle between them does.
     let two = curve(2, Some(0.01), 1000, |x| (std::f64::consts::PI * x).sin());
     assert!(two.added > 5 && two.end == FillingEnd::Smooth, "{}", two.added);
