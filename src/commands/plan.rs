@@ -39,6 +39,9 @@ struct Plan<'a> {
     jobs: usize,
     cached: usize,
     to_run: usize,
+    /// The largest number of points that may follow; nothing where it is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    more_at_most: Option<usize>,
     increments: u64,
     operators: usize,
     predicted_worker_seconds: f64,
@@ -66,10 +69,11 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         Err(OpenError::Missing { .. }) => None,
         Err(error) => bail!(error),
     };
-    let mut found = None;
+    let (mut found, mut more) = (None, None);
     if study.adaptive().is_some() {
-        let PointChoice { points, findings } = choice_so_far(&study, reader.as_ref())?;
+        let PointChoice { points, findings, more: bound } = choice_so_far(&study, reader.as_ref())?;
         jobs = JobList::of_points(&study, points)?;
+        more = bound;
         found = Some(choice::table(&study, &findings)?);
     }
     let overview = jobs.effects(&study)?;
@@ -78,6 +82,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     let is_left = |job: &&DistinctJob| !cached.contains(&jobs.points[job.point].key);
     let left: Vec<&DistinctJob> = jobs.distinct.iter().filter(is_left).collect();
     let mut plan = Plan::of(&study, &jobs, &left, &overview, found.as_ref())?;
+    plan.more_at_most = more;
     plan.shard = args.shard.map(|_| shard.to_string());
     if args.json {
         return output::print_json(&plan);
@@ -88,7 +93,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         text += &meshes(&left);
     }
     if let Some(table) = found {
-        text += if plan.to_run > 0 { "more follow, as the results demand\n" } else { "" };
+        text += &plan.following(&jobs);
         text += &format!("\nfound so far\n{}", table.terminal(&layout()));
     }
     text += &format!("\n{}", overview_words(&overview));
@@ -223,6 +228,7 @@ impl<'a> Plan<'a> {
             jobs: jobs.distinct.len(),
             cached: jobs.distinct.len() - left.len(),
             to_run: left.len(),
+            more_at_most: None,
             increments: increments.sum(),
             operators: operators.len(),
             predicted_worker_seconds: seconds,
@@ -257,6 +263,23 @@ impl<'a> Plan<'a> {
         }
         text += "\n";
         text + &self.files.iter().map(|line| format!("{line}\n")).collect::<String>()
+    }
+
+    /// Says how many jobs may follow those that are known, and how long they would take: as long as
+    /// these do on average.
+    fn following(&self, jobs: &JobList) -> String {
+        let forecasts = jobs.distinct.iter().map(|job| job.forecast.seconds);
+        let mean = forecasts.sum::<f64>() / jobs.distinct.len().max(1) as f64;
+        match self.more_at_most {
+            _ if self.to_run == 0 => String::new(),
+            None => "more follow, as the results demand\n".to_owned(),
+            Some(0) => "no more follow\n".to_owned(),
+            Some(more) => format!(
+                "more follow, as the results demand: at most {}, {} of work\n",
+                count(more, "point", "points"),
+                duration(more as f64 * mean)
+            ),
+        }
     }
 
     fn predictions(&self) -> String {

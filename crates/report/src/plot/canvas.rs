@@ -111,4 +111,10 @@ impl Canvas<'_> {
             )
         })
     }
+
+    /// Returns the height of the level of the panel in pixels, if it has one that can be drawn.
+    pub(super) fn height_of_level(&self) -> Option<f64> {
+        let level = self.panel.level.filter(|level| has_place(&self.panel.y, *level))?;
+        Some(self.frame.bottom() - self.y.fraction(level) * self.frame.height)
+    }
 }

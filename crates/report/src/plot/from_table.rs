@@ -245,7 +245,8 @@ impl FigureSource<'_> {
                 self.spec.band.and_then(|ends| self.band(&rows, self.spec.band(values, ends))),
             );
         }
-        PlotPanel { title: self.panel_title(panel), x, y, series, bands, front: self.spec.front }
+        let (title, front, level) = (self.panel_title(panel), self.spec.front, self.spec.level);
+        PlotPanel { title, x, y, series, bands, front, level }
     }
 
     fn panel_title(&self, panel: usize) -> String {
