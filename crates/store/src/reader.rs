@@ -16,7 +16,7 @@ use crate::digest::Digest;
 use crate::error::{Answer, OpenError, ReadError};
 use crate::exports::{ExportSet, ExportSummary, ShardState, exports_at};
 use crate::lock::{self, Holder};
-use crate::manifest::{self, Manifest, Unreadable};
+use crate::manifest::{self, Manifest, StudyLabels, Unreadable};
 use crate::mark::FileMark;
 use crate::parts;
 use crate::replica::Replica;
@@ -461,8 +461,22 @@ impl StoreReader {
         Ok(self.studies()?.into_keys().collect())
     }
 
+    /// Returns the labels of every study that has some. Exports keep none.
+    ///
+    /// # Errors
+    /// [`ReadError::Manifest`] or [`ReadError::Io`] if the manifest cannot be read.
+    pub fn labels(&self) -> Result<BTreeMap<String, StudyLabels>, ReadError> {
+        match self.export_set() {
+            Some(_) => Ok(BTreeMap::new()),
+            None => Ok(self.manifest()?.labels),
+        }
+    }
+
     /// Returns the names of all studies with the blobs that hold their definitions.
-    pub(crate) fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
+    ///
+    /// # Errors
+    /// Those of [`StoreReader::study_names`].
+    pub fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
         match self.export_set() {
             Some(exports) => exports.studies(|digest| self.blobs.get(digest).ok().flatten()),
             None => Ok(self.manifest()?.studies),
