@@ -1,5 +1,7 @@
 //! The arguments of the command line, with examples.
 
+mod upkeep;
+
 use std::path::PathBuf;
 
 use answers::shards::Shard;
@@ -10,6 +12,8 @@ use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
 use crate::shard_choice::{ShardChoice, shard_choice};
 use crate::slurm::TimeLimit;
 use crate::time_budget::TimeBudget;
+
+pub(crate) use upkeep::{DiffArgs, DifferenceFormat, GcArgs, NoteArgs, RmArgs, TagArgs};
 
 /// Parameter studies of elastic contact with Coulomb friction.
 #[derive(Parser)]
@@ -90,6 +94,26 @@ pub(crate) enum Command {
         after_help = "Examples:\n  tribosweep cite stick-zone\n  tribosweep cite sweeps/stick-zone.toml --format bibtex > references.bib"
     )]
     Cite(CiteArgs),
+    /// Compare the results of two studies, or those of one study in two stores
+    #[command(
+        after_help = "Examples:\n  tribosweep diff stick-zone stick-zone-fine --tolerance 0.1%\n  tribosweep diff stick-zone --other before/.tribosweep     what another store, or another version of the program, has\n  tribosweep diff stick-zone --other exports --select load,stick_fraction --format csv\n\nPoints are matched by the values of the axes of both. Numbers below 1e-9 of the largest one of their unit at a point are taken for noise. Where a store has results of earlier physics only, these are compared.\n\nExit codes: 0 the same, 2 something differs, 1 a mistake in what was asked."
+    )]
+    Diff(DiffArgs),
+    /// Put words to a study, to tell it from others
+    #[command(
+        after_help = "Examples:\n  tribosweep tag stick-zone paper final\n  tribosweep tag stick-zone --remove final\n  tribosweep tag stick-zone     prints its tags\n\nTags stand in `status`, `answer` and `report`. They are kept in the store, and not in exports."
+    )]
+    Tag(TagArgs),
+    /// Put a remark to a study
+    #[command(
+        after_help = "Examples:\n  tribosweep note stick-zone \"mesh 48 is enough, see figure 3\"\n  tribosweep note stick-zone --remove\n  tribosweep note stick-zone     prints it\n\nThe note stands in `status`, `answer` and `report`. It is kept in the store, and not in exports."
+    )]
+    Note(NoteArgs),
+    /// Remove studies from the store; their results stay until `store gc`
+    #[command(
+        after_help = "Examples:\n  tribosweep rm stick-zone\n  tribosweep rm stick-zone sliding --dry-run\n\nNothing is asked. To run the study's file again brings it back, with every result that is still there."
+    )]
+    Rm(RmArgs),
     /// Solve one scene, here and now, in this process; nothing is stored
     #[command(
         after_help = "Examples:\n  tribosweep solve sweeps/sphere.toml\n  tribosweep solve sweeps/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state"
@@ -568,6 +592,11 @@ pub(crate) enum StoreCommand {
         #[command(flatten)]
         store: StoreArgs,
     },
+    /// Remove results and files that no study refers to; the database shrinks
+    #[command(
+        after_help = "Examples:\n  tribosweep store gc --dry-run\n  tribosweep store gc\n  tribosweep store gc --older-than 30d --larger-than 10MB\n\nWhat is removed is listed first. Nothing that a study refers to is removed, also where a study chooses points or shares results with others. A run that needs a removed result computes it again. While a run has the store, it is refused."
+    )]
+    Gc(GcArgs),
     /// Write a store, or some of its studies, into one checksummed file, also while a run goes on
     #[command(
         after_help = "Examples:\n  tribosweep store export backup.tribosweep\n  tribosweep store export zone.tribosweep --study stick-zone\n\nWhat an export of that name holds already stays. Every command that reads a store reads an export, or a directory of exports: --store backup.tribosweep. `tribosweep store merge STORE --into DIRECTORY` copies a store whole."

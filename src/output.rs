@@ -18,6 +18,8 @@ pub(crate) enum Finish {
     Mistake,
     /// The command finished, but some jobs failed.
     SomeFailed,
+    /// The command finished, and what it compared differs.
+    Differs,
     /// The command stopped in time, and some jobs are left.
     StoppedInTime,
     /// The command was interrupted.
@@ -29,7 +31,7 @@ impl From<Finish> for ExitCode {
         ExitCode::from(match finish {
             Finish::AllDone => 0,
             Finish::Mistake => 1,
-            Finish::SomeFailed => 2,
+            Finish::SomeFailed | Finish::Differs => 2,
             // EX_TEMPFAIL of sysexits.h: to be started again.
             Finish::StoppedInTime => 75,
             Finish::Interrupted => 130,

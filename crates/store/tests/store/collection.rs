@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
-use std::time::Duration;
+use std::time::Instant;
 
 use identity::JobKey;
 use store::{Collection, Digest, Garbage, Store, StudyLabels};
@@ -98,14 +98,22 @@ fn a_reader_goes_on_while_a_store_is_collected() {
 
 #[test]
 fn a_killed_collection_loses_nothing_that_stays() {
-    // The time of a whole collection says when there is something to kill.
-    let (mut met, mut done) = (0, 0);
-    for round in 0..30 {
+    let begin = || {
         let directory = tempfile::tempdir().unwrap();
         make(directory.path());
         let mut collector = Player::start(command("collect", directory.path(), 0));
         assert_eq!(collector.line().as_deref(), Some("begins"));
-        std::thread::sleep(Duration::from_micros(round * 1500));
+        (directory, collector)
+    };
+    // The time of a whole one says when there is something to kill.
+    let (_directory, mut collector) = begin();
+    let start = Instant::now();
+    assert_eq!(collector.line().as_deref(), Some("removed 320"));
+    let whole = start.elapsed();
+    let (mut met, mut done) = (0, 0);
+    for round in 0..16 {
+        let (directory, mut collector) = begin();
+        std::thread::sleep(whole * round / 8);
         collector.kill();
         if collector.line().is_some() {
             done += 1;
