@@ -90,8 +90,8 @@ impl FoundGarbage {
                 found.unread += 1;
                 continue;
             };
-            let References { needed: own, companions } = references(&record);
-            let files = own.into_iter().chain(companions);
+            let References { needed: fields, companions } = references(&record);
+            let files = fields.into_iter().chain(companions);
             if !unused.contains(&key) {
                 needed.extend(files);
                 continue;
@@ -111,8 +111,8 @@ impl FoundGarbage {
         // The account of a run goes with many results, and its size is that of none of them.
         let fields = |result: &UnusedResult| {
             let accounts: Vec<Digest> = result.run.map(Digest).into_iter().collect();
-            let own = result.files.iter().filter(|file| !accounts.contains(file));
-            own.map(size).sum::<u64>()
+            let others = result.files.iter().filter(|file| !accounts.contains(file));
+            others.map(size).sum::<u64>()
         };
         let (mut chosen, mut left): (Vec<_>, Vec<_>) = (Vec::new(), Vec::new());
         for mut result in std::mem::take(&mut found.results) {

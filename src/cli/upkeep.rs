@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
-use super::{StoreArgs, memory_size};
+use super::shared::{StoreArgs, memory_size};
 use crate::labels;
 
 #[derive(Args)]
@@ -44,7 +44,8 @@ pub(crate) struct TagArgs {
 pub(crate) struct NoteArgs {
     /// Name of the study
     pub(crate) name: String,
-    /// Text to put to it, in place of an earlier one [default: none; the one that it has is printed]
+    /// Text to put to it, in place of an earlier one [default: none; the one that it has is
+    /// printed]
     #[arg(value_name = "TEXT", value_parser = labels::note)]
     pub(crate) text: Option<String>,
     /// Take the text away

@@ -109,14 +109,14 @@ fn words(found: &Difference, counts: [usize; 2], args: &DiffArgs) -> Result<Stri
     );
     if found.is_none_at_common_points() && found.common > 0 {
         let columns = count(found.columns.rows().len(), "column", "columns");
-        text += &format!("{columns} compared: all the same to a part of {}\n", args.tolerance);
+        text += &format!("{columns} compared: all the same to a part of {:e}\n", args.tolerance);
     } else if found.common > 0 {
         let differing = found.columns.filter("differing > 0")?;
         let same = found.columns.rows().len() - differing.rows().len();
         text += &format!("\n{}", differing.terminal(&layout()));
         if same > 0 {
             text += &format!(
-                "{} the same to a part of {}\n",
+                "{} the same to a part of {:e}\n",
                 count(same, "other column is", "other columns are"),
                 args.tolerance
             );

@@ -1,4 +1,5 @@
-//! `store verify`, `salvage`, `compact`, `export`, `import` and `merge`; `gc` has a file of its own.
+//! `store verify`, `salvage`, `compact`, `export`, `import` and `merge`. `store gc` has a file of
+//! its own.
 
 mod gc;
 

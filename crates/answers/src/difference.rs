@@ -34,7 +34,7 @@ pub struct Difference {
 }
 
 /// The columns of one study that are compared.
-struct Side {
+struct ComparedSide {
     /// The names of the columns by which points are matched, and of those that are compared.
     table: DataTable,
     /// The number of columns by which points are matched.
@@ -85,8 +85,8 @@ impl Difference {
             [] => usual(&listed, &others),
             named => named.to_vec(),
         };
-        let first = Side::of(first, &axes, &names)?;
-        let second = Side::of(second, &axes, &names)?;
+        let first = ComparedSide::of(first, &axes, &names)?;
+        let second = ComparedSide::of(second, &axes, &names)?;
         compare(&first, &second, tolerance)
     }
 
@@ -115,7 +115,7 @@ fn usual(listed: &[Column], others: &[Column]) -> Vec<String> {
     usual.map(|column| column.name.to_string()).collect()
 }
 
-impl Side {
+impl ComparedSide {
     fn of(results: &Results<'_>, axes: &[String], names: &[String]) -> Result<Self, AnswerError> {
         let columns = results.study().columns();
         if let Some(missing) = axes.iter().find(|name| find(&columns, name).is_none()) {
@@ -126,7 +126,7 @@ impl Side {
         }
         let mut all = axes.to_vec();
         all.extend(names.iter().filter(|name| !axes.contains(name)).cloned());
-        Ok(Side { table: results.table(&all)?.select(&all)?, axes: axes.len() })
+        Ok(ComparedSide { table: results.table(&all)?.select(&all)?, axes: axes.len() })
     }
 
     /// Returns the rows of the points, by what they are matched by. Points that are not told apart
@@ -139,8 +139,8 @@ impl Side {
         places
     }
 
-    /// Returns what a point is matched by. The values of a range are rounded, so that they differ in
-    /// their last digits from the same ones in a list.
+    /// Returns what a point is matched by. Numbers are rounded, because those of a range may differ
+    /// in their last digits from the same ones in a list.
     fn place(&self, row: usize) -> Vec<String> {
         let text = |cell: &Cell| match cell.number() {
             Some(x) => format!("{:.11e}", x + 0.0),
@@ -169,7 +169,11 @@ impl Side {
     }
 }
 
-fn compare(first: &Side, second: &Side, tolerance: f64) -> Result<Difference, AnswerError> {
+fn compare(
+    first: &ComparedSide,
+    second: &ComparedSide,
+    tolerance: f64,
+) -> Result<Difference, AnswerError> {
     let (places, others) = (first.places(), second.places());
     let none = Vec::new();
     let mut pairs: Vec<[usize; 2]> = Vec::new();
@@ -215,10 +219,11 @@ fn compare(first: &Side, second: &Side, tolerance: f64) -> Result<Difference, An
     let names = ["column", "unit", "first", "second", "difference"];
     value_heads.extend(names.map(|name| TableColumn::new(name, "")));
     let rows = compared.into_iter().map(|column| {
-        let (size, place) = column.largest.map_or((Cell::Missing, Cell::Missing), |(size, at)| {
-            let size = if size.is_finite() { Cell::Number(size) } else { Cell::Missing };
-            (size, Cell::Text(at))
-        });
+        let (size, place) =
+            column.largest.map_or((Cell::Missing, Cell::Missing), |(size, place)| {
+                let size = if size.is_finite() { Cell::Number(size) } else { Cell::Missing };
+                (size, Cell::Text(place))
+            });
         let name = Cell::from(column.head.name.as_str());
         vec![name, Cell::Integer(column.compared), Cell::Integer(column.differing), size, place]
     });
@@ -245,8 +250,8 @@ fn scales<'h>(heads: &'h [TableColumn], rows: [&[Cell]; 2]) -> HashMap<&'h str, 
     scales
 }
 
-/// Returns the relative difference of two cells, [`Cell::Missing`] where it has no number; `None` if
-/// they do not differ.
+/// Returns the relative difference of two cells, [`Cell::Missing`] where it has no number; `None`
+/// if they do not differ.
 fn difference(first: &Cell, second: &Cell, noise: f64, tolerance: f64) -> Option<Cell> {
     match (first.number(), second.number()) {
         (Some(a), Some(b)) => {
@@ -269,11 +274,11 @@ fn difference(first: &Cell, second: &Cell, noise: f64, tolerance: f64) -> Option
 mod tests {
     use super::*;
 
-    fn side(rows: &[[Cell; 4]]) -> Side {
+    fn side(rows: &[[Cell; 4]]) -> ComparedSide {
         let heads = [("mu", "1"), ("load", "N"), ("force_y", "N"), ("status", "")];
         let heads = heads.map(|(name, unit)| TableColumn::new(name, unit)).to_vec();
         let rows = rows.iter().map(|row| row.to_vec()).collect();
-        Side { table: DataTable::new(heads, rows).unwrap(), axes: 1 }
+        ComparedSide { table: DataTable::new(heads, rows).unwrap(), axes: 1 }
     }
 
     fn row(mu: f64, load: f64, force: f64, status: &str) -> [Cell; 4] {

@@ -1,8 +1,8 @@
 //! This file removes records and blobs from a store, whose database then takes less space.
 //!
-//! sled keeps the space that it once had. So the records that stay are written into a new database,
-//! which takes the place of the old one in one step: a kill at any moment leaves either of them, and
-//! the next opening clears away the other, as after a salvage.
+//! sled keeps the space that it once had. So the records that stay are written into a new
+//! database, which takes the place of the old one in one step: a kill at any moment leaves either
+//! of them, and the next opening clears away the other, as after a salvage.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -67,8 +67,8 @@ pub enum CollectError {
 impl Store {
     /// Removes records and blobs, and the leftovers of killed writers. The database is written anew
     /// if records are removed, so that it shrinks. A kill at any moment leaves everything that is
-    /// not garbage. Definitions of studies stay in any case. Like [`compact`](Store::compact) it may
-    /// be called only while nobody writes blobs whose digests are yet to appear in a record.
+    /// not garbage. Definitions of studies stay in any case. Like [`compact`](Store::compact) it
+    /// may be called only while nobody writes blobs whose digests are yet to appear in a record.
     ///
     /// # Errors
     /// [`CollectError`]. Some of the garbage may then be gone.

@@ -1,6 +1,6 @@
 //! `store gc`: removes what no study refers to.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use anyhow::Result;
 use indicatif::BinaryBytes;
@@ -84,8 +84,8 @@ fn say(
 /// Returns the size of all garbage \[bytes\].
 fn bytes(found: &FoundGarbage) -> u64 {
     // A file of fields is counted with its result, and an account of a run with none.
-    let is_account =
-        |file: &&UnusedFile| found.results.iter().any(|result| result.run == Some(file.digest.0));
+    let runs: HashSet<[u8; 32]> = found.results.iter().filter_map(|result| result.run).collect();
+    let is_account = |file: &&UnusedFile| runs.contains(&file.digest.0);
     let results = found.results.iter().map(|result| result.bytes);
     let accounts = found.files_of_results.iter().filter(is_account);
     results.chain(accounts.chain(&found.files).map(|file| file.bytes)).sum()
