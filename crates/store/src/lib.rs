@@ -56,6 +56,7 @@ mod durable;
 mod error;
 mod export;
 mod exports;
+mod flat;
 mod frame;
 mod lock;
 mod manifest;

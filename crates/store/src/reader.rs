@@ -287,7 +287,7 @@ impl StoreReader {
     /// open answers nor the store can be read from disk.
     pub fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
         self.answered(|source| match source {
-            Backing::Disk { replica, .. } => Ok(replica.records.keys()),
+            Backing::Disk { replica, .. } => replica.records.keys(),
             Backing::Exports(exports) => exports.keys(),
             Backing::Process(connection) => {
                 let mut keys: Vec<JobKey> = Vec::new();
@@ -314,7 +314,7 @@ impl StoreReader {
         self.answered(|source| {
             let connection = match source {
                 Backing::Disk { replica, .. } => {
-                    return Ok(keys.iter().map(|key| replica.records.contains(key)).collect());
+                    return keys.iter().map(|key| replica.records.contains(key)).collect();
                 }
                 Backing::Exports(exports) => return exports.contains(keys),
                 Backing::Process(connection) => connection,
@@ -391,7 +391,9 @@ impl StoreReader {
     fn first(&self, keys: &[JobKey]) -> Result<Vec<Answer>, ReadError> {
         self.answered(|source| {
             let connection = match source {
-                Backing::Disk { replica, .. } => return Ok(first_records(&replica.records, keys)),
+                Backing::Disk { replica, .. } => {
+                    return Ok(first_records(keys, |key| replica.records.get(key)));
+                }
                 Backing::Exports(exports) => return exports.first(keys, EXPORTS_AT_ONCE),
                 Backing::Process(connection) => connection,
             };

@@ -308,7 +308,7 @@ mod tests {
             store.commit(&[(*key, vec![key.0[0]; RESPONSE_LIMIT / 8])]).unwrap();
         }
         let lengths = |keys: &[JobKey]| -> Vec<_> {
-            first_records(&store.core().records, keys)
+            first_records(keys, |key| store.get(key))
                 .into_iter()
                 .map(|record| record.unwrap().map(|record| record.len()))
                 .collect()
