@@ -9,7 +9,7 @@ use answers::shards::Shard;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use study::MOST_SHARDS;
 
-use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
+use crate::proposal::STORE_VARIABLE;
 use crate::shard_choice::{ShardChoice, shard_choice};
 use crate::slurm::TimeLimit;
 use crate::time_budget::TimeBudget;
