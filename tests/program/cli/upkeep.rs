@@ -102,8 +102,7 @@ fn a_collection_has_limits_of_age_and_size() {
 /// A study that chooses its points refers to all that its choice has, and to what taught it.
 #[test]
 fn points_that_a_study_chose_are_kept() {
-    let refined = SMALL.replace("mesh = 6", "mesh = 6")
-        + "\n[refine]\non = \"load\"\nuntil = \"0.1%\"\nat_most = 24\n";
+    let refined = SMALL.to_owned() + "\n[refine]\non = \"load\"\nuntil = \"0.1%\"\nat_most = 24\n";
     let place = Place::with("small.toml", &refined);
     let run = place.call("run small.toml --workers 2");
     assert!([0, 2].contains(&run.code), "{}", run.err);
