@@ -58,6 +58,26 @@ pub fn choose(study: &Study, records: &RecordMap) -> Result<PointChoice, AnswerE
     }
 }
 
+/// Visits the jobs that a study refers to: those of its points, as far as the results that `source`
+/// keeps determine them, and those from which the choice has learnt. A job may come several times.
+///
+/// # Errors
+/// A record cannot be read, or a condition cannot be evaluated on some result.
+pub fn visit_jobs(
+    study: &Study,
+    source: &dyn Records,
+    mut visitor: impl FnMut(JobKey),
+) -> Result<(), AnswerError> {
+    if study.adaptive().is_none() {
+        let points = study.indices().filter_map(|index| study.point(index));
+        points.for_each(|point| visitor(point.key));
+        return Ok(());
+    }
+    let Gathered { choice, records } = gather(study, source)?;
+    choice.points.iter().map(|point| point.key).chain(records.into_keys()).for_each(visitor);
+    Ok(())
+}
+
 /// The points of a study as far as its results determine them, with these results.
 pub struct Gathered {
     /// The points, and what was found in choosing them.

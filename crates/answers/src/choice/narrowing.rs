@@ -266,7 +266,8 @@ mod tests {
 
     #[test]
     fn smooth_functions_take_half_the_steps_of_bisection() {
-        let functions: [(&dyn Fn(f64) -> f64, [f64; 2], bool); 8] = [
+        type Case<'a> = (&'a dyn Fn(f64) -> f64, [f64; 2], bool);
+        let functions: [Case<'_>; 8] = [
             (&|x| 1.0 / x - 3.0, [0.05, 0.8], false),
             (&|x| 0.05 + (x - 0.6) * if x < 0.6 { 1.0 } else { 8.0 }, [0.0, 1.0], false),
             (&|x| x.powi(3) - x - 2.0, [1.0, 2.0], false),
