@@ -188,7 +188,9 @@ impl SweepAxis {
             sheet.clear(table);
         }
         if let Some(choice) = self.choices.get(index) {
-            choice.given.iter().for_each(|(key, given)| sheet.set(*key, given));
+            for (key, given) in &choice.given {
+                sheet.set(*key, Cow::Borrowed(given));
+            }
         }
     }
 }

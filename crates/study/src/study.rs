@@ -29,6 +29,7 @@
 //! Numbers are in SI units or texts with a unit. Everything that could be wrong is refused with its
 //! place before anything runs.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -209,12 +210,11 @@ impl Study {
         show: impl FnOnce(&mut Vec<Value>),
     ) -> Option<StudyPoint> {
         let StudyPoint { mut values, .. } = self.point(index)?;
-        let given: Vec<(Key, Given)> = settings
-            .iter()
-            .map(|(key, setting)| (*key, Given { setting: setting.clone(), span: 0..0, nth: None }))
-            .collect();
         let mut sheet = self.sheet(&axis::steps(&self.groups, index));
-        given.iter().for_each(|(key, given)| sheet.set(*key, given));
+        for (key, setting) in settings {
+            let given = Given { setting: setting.clone(), span: 0..0, nth: None };
+            sheet.set(*key, Cow::Owned(given));
+        }
         let job =
             self.kind.assemble(&self.kind_table, &sheet, &self.files.names, &self.places).ok()?;
         show(&mut values);
