@@ -39,8 +39,10 @@ mod records;
 mod results;
 pub mod rows;
 mod selection;
+mod sensitivity;
 pub mod shards;
 mod solutions;
+mod statistics;
 #[cfg(test)]
 mod testing;
 mod undrawn;
