@@ -111,4 +111,10 @@ impl Canvas<'_> {
             )
         })
     }
+
+    /// Returns the height of a value along y in pixels, if the axis has it.
+    pub(super) fn place_on_y(&self, y: f64) -> Option<f64> {
+        let fraction = has_place(&self.panel.y, y).then(|| self.y.fraction(y))?;
+        (0.0..=1.0).contains(&fraction).then(|| self.frame.bottom() - fraction * self.frame.height)
+    }
 }

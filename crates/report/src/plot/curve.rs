@@ -30,7 +30,7 @@ pub(super) fn draw(
                 let marked = match series.style {
                     Style::LineAndMarkers => (start + i).is_multiple_of(every),
                     Style::Path => i + 1 == run.len(),
-                    Style::Line | Style::Markers => false,
+                    Style::Line | Style::Markers | Style::Bars => false,
                 };
                 if alone || marked {
                     markers.push((x, y));

@@ -72,6 +72,10 @@ pub struct Series {
     /// The names beside points, by their index, as far as there is room: beside those of the front,
     /// or beside every point if there is no front. Empty for no name.
     pub names: Vec<String>,
+    /// The width of the bars in SI units, or in categories; for [`Style::Bars`] alone.
+    pub bar_width: f64,
+    /// The lower and the upper end of the whisker of each bar, NaN for none; empty without whiskers.
+    pub whiskers: Vec<[f64; 2]>,
     /// The row of the table that each point comes from, by the index of the point, `None` at a gap;
     /// empty if there is no table.
     pub rows: Vec<Option<usize>>,
@@ -119,4 +123,6 @@ pub enum Style {
     Path,
     /// Marked points alone.
     Markers,
+    /// Bars from zero to the points.
+    Bars,
 }

@@ -310,6 +310,7 @@ impl FigureSource<'_> {
             noise: self.columns.noise.map(noise).unwrap_or_default(),
             names: self.name_format.as_ref().map(name).unwrap_or_default(),
             rows: drawn,
+            ..Series::default()
         }
     }
 

@@ -5,7 +5,7 @@ use super::figure::{PlotBand, PlotFigure, PlotPanel};
 use super::legend::{Legend, LegendEntry, Sample};
 use super::sketch::FigureSketch;
 use super::slope::{SlopeKey, fitted_lines};
-use super::{band, panel, slope};
+use super::{band, bars, panel, slope};
 use crate::axis::{self, INK, LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
 use crate::font::{shorten, text_width, wrap};
 use crate::svg::{Anchor, Drawing, Rect};
@@ -329,9 +329,15 @@ fn coordinates(panels: &[PlotPanel], coordinate: fn(&PlotPoint) -> f64) -> Vec<f
             .bands
             .iter()
             .flat_map(|b| band::corners(b, panel.y.log).into_iter().chain(fitted(b)));
+        let feet = panel.series.iter().flat_map(|series| bars::corners(series, panel));
         // Only points that are drawn count: a point that is a gap must not widen the axis.
         let drawn = |p: &PlotPoint| has_place(&panel.x, p.0) && has_place(&panel.y, p.1);
-        curves.chain(bands).filter(drawn).map(|point| coordinate(&point)).collect::<Vec<f64>>()
+        curves
+            .chain(bands)
+            .chain(feet)
+            .filter(drawn)
+            .map(|point| coordinate(&point))
+            .collect::<Vec<f64>>()
     };
     panels.iter().flat_map(drawn_in).collect()
 }
