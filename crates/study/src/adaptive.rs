@@ -246,6 +246,11 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], mistakes: &mut Vec<Mistake>) -
         }
         Some(index) => {
             let (group, axis) = axes().nth(index)?;
+            if group.design().is_some() {
+                let message = format!("`bisect.axis`: `{name}` is drawn by [sample]");
+                mistakes.push(mistake(message, "must be an axis of [sweep]"));
+                return None;
+            }
             let continuous = matches!(axis.key().map(Key::quantity), Some(Quantity::Number(_)));
             if !continuous || group.axes().len() > 1 {
                 let why = if continuous {

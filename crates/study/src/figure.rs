@@ -359,7 +359,8 @@ fn read_y(
 }
 
 /// Returns the axes that tell the steps of each group apart that varies: those that advance with
-/// them say nothing more.
+/// them say nothing more. The axes of a sample tell nothing: each of its points is another.
 pub(crate) fn telling(groups: &[Group]) -> impl Iterator<Item = &SweepAxis> {
-    groups.iter().filter(|group| group.len() > 1).flat_map(Group::telling)
+    let is_telling = |group: &&Group| group.len() > 1 && group.design().is_none();
+    groups.iter().filter(is_telling).flat_map(Group::telling)
 }

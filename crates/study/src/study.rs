@@ -173,9 +173,10 @@ impl Study {
     pub fn point(&self, index: usize) -> Option<StudyPoint> {
         let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
         let job = self.job(&steps).ok()?;
-        let values = self.groups.iter().zip(&steps).flat_map(|(group, step)| {
-            group.axes.iter().map(|axis| axis.choices[*step].shown.clone())
-        });
+        let values =
+            self.groups.iter().zip(&steps).flat_map(|(group, step)| {
+                group.choices(*step).map(|choice| choice.into_owned().shown)
+            });
         Some(StudyPoint { values: values.collect(), key: job.key(), job })
     }
 
@@ -201,6 +202,26 @@ impl Study {
         self.point_with(index, &[(key, Setting::Number(value))], |values| {
             values.get_mut(axis).into_iter().for_each(|shown| *shown = Value::Number(value));
         })
+    }
+
+    /// Returns the group whose axes a sample draws, if there is one.
+    pub fn sample(&self) -> Option<&Group> {
+        self.groups.iter().find(|group| group.design.is_some())
+    }
+
+    /// Returns the `index`-th point with other values of the keys that the sample draws: those at
+    /// some parts of their distributions, each above 0 and below 1. `None` if that is no job, or if
+    /// the study has no sample.
+    pub fn point_drawn(&self, index: usize, parts: &[f64]) -> Option<StudyPoint> {
+        let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
+        let sample = self.groups.iter().position(|group| group.design.is_some())?;
+        let mut sheet = self.sheet(&steps);
+        let drawn = self.groups[sample].draw(parts, &mut sheet);
+        let job = self.assembled(&sheet).ok()?;
+        let mut values = self.point(index)?.values;
+        let before: usize = self.groups[..sample].iter().map(|group| group.axes.len()).sum();
+        values.splice(before..before + drawn.len(), drawn);
+        Some(StudyPoint { values, key: job.key(), job })
     }
 
     fn point_with(
@@ -341,18 +362,18 @@ impl Study {
     pub(crate) fn sheet(&self, steps: &[usize]) -> Sheet<'_> {
         let mut sheet = Sheet::new(self.base.iter().map(|(key, given)| (*key, given)));
         for (group, step) in self.groups.iter().zip(steps) {
-            group.axes.iter().for_each(|axis| axis.apply(*step, &mut sheet));
+            group.apply(*step, &mut sheet);
         }
         sheet
     }
 
     pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Mistake>> {
-        let job = self.kind.assemble(
-            &self.kind_table,
-            &self.sheet(steps),
-            &self.files.names,
-            &self.places,
-        )?;
+        self.assembled(&self.sheet(steps))
+    }
+
+    /// Assembles the job of a sheet, which must suit the study's choice of points as well.
+    pub(crate) fn assembled(&self, sheet: &Sheet<'_>) -> Result<Job, Vec<Mistake>> {
+        let job = self.kind.assemble(&self.kind_table, sheet, &self.files.names, &self.places)?;
         if let Some(Adaptive::Accuracy(accuracy)) = &self.adaptive {
             accuracy.check(&job).map_err(|mistake| vec![mistake])?;
         }

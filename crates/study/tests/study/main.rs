@@ -6,5 +6,6 @@ mod kinds;
 mod limits;
 mod materials;
 mod refused;
+mod sample;
 mod simulate;
 mod sphere;

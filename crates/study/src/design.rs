@@ -1,0 +1,152 @@
+//! Designs of samples: the points of the unit cube that a sample takes.
+//!
+//! A coordinate of a point follows at once from the method, the seed, the index of the point and
+//! the dimension. So a design of any length takes no memory, and a point is the same on every
+//! machine and in every order of work: there are only whole numbers and one division.
+//!
+//! The files below make the coordinates by one method each: `sobol`, `halton`, `latin_hypercube`.
+//! They know `bits`, from which all of them draw what is random, and not this face.
+
+use std::sync::Arc;
+
+mod bits;
+mod halton;
+mod latin_hypercube;
+mod sobol;
+
+use bits::{hashed, inside};
+use halton::Halton;
+use latin_hypercube::LatinHypercube;
+use sobol::Sobol;
+
+/// The largest number of dimensions of a design, which is that of the direction numbers here.
+pub const MOST_DIMENSIONS: usize = 256;
+
+/// A way to choose the points of a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SamplingMethod {
+    /// Sobol's sequence, scrambled as Owen proposed.
+    Sobol,
+    /// Halton's sequence with digits permuted at random.
+    Halton,
+    /// A Latin hypercube: each dimension has a point in each of as many equal intervals.
+    LatinHypercube,
+    /// Points that know nothing of each other.
+    Random,
+}
+
+impl SamplingMethod {
+    /// Every method.
+    pub const ALL: [SamplingMethod; 4] = [
+        SamplingMethod::Sobol,
+        SamplingMethod::Halton,
+        SamplingMethod::LatinHypercube,
+        SamplingMethod::Random,
+    ];
+
+    /// Returns the name by which a study file calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            SamplingMethod::Sobol => "sobol",
+            SamplingMethod::Halton => "halton",
+            SamplingMethod::LatinHypercube => "latin-hypercube",
+            SamplingMethod::Random => "random",
+        }
+    }
+}
+
+/// The points of the unit cube that a sample takes.
+#[derive(Clone, Debug)]
+pub struct Design {
+    method: SamplingMethod,
+    count: u32,
+    seed: u32,
+    dimensions: usize,
+    generator: Arc<Generator>,
+}
+
+/// The preparations of a method for all coordinates.
+#[derive(Debug)]
+enum Generator {
+    Sobol(Sobol),
+    Halton(Halton),
+    LatinHypercube(LatinHypercube),
+    Random(u64),
+}
+
+/// Designs are equal if they have the same points.
+impl PartialEq for Design {
+    fn eq(&self, other: &Design) -> bool {
+        let text = |design: &Design| (design.method, design.count, design.seed, design.dimensions);
+        text(self) == text(other)
+    }
+}
+
+impl Design {
+    /// Makes the design of `count` points; there are at most [`MOST_DIMENSIONS`] dimensions.
+    pub fn new(method: SamplingMethod, count: u32, seed: u32, dimensions: usize) -> Design {
+        let dimensions = dimensions.min(MOST_DIMENSIONS);
+        let key = hashed(&[u64::from(seed)]);
+        let generator = match method {
+            SamplingMethod::Sobol => Generator::Sobol(Sobol::new(key, dimensions)),
+            SamplingMethod::Halton => Generator::Halton(Halton::new(key, dimensions)),
+            SamplingMethod::LatinHypercube => {
+                Generator::LatinHypercube(LatinHypercube::new(key, count))
+            }
+            SamplingMethod::Random => Generator::Random(key),
+        };
+        Design { method, count, seed, dimensions, generator: Arc::new(generator) }
+    }
+
+    /// Returns the method.
+    pub fn method(&self) -> SamplingMethod {
+        self.method
+    }
+
+    /// Returns the number of points.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Returns the seed.
+    pub fn seed(&self) -> u32 {
+        self.seed
+    }
+
+    /// Returns the number of dimensions.
+    pub fn dimensions(&self) -> usize {
+        self.dimensions
+    }
+
+    /// Returns whether every point of this design is also a point of another one with the same
+    /// index.
+    pub fn is_kept_by(&self, other: &Design) -> bool {
+        let is_alike = (self.method, self.seed) == (other.method, other.seed)
+            && self.dimensions <= other.dimensions
+            && self.count <= other.count;
+        let is_nested = match self.method {
+            SamplingMethod::LatinHypercube => latin_hypercube::is_nested(self.count, other.count),
+            _ => true,
+        };
+        is_alike && is_nested
+    }
+
+    /// Returns a coordinate of a point: a number above 0 and below 1.
+    ///
+    /// The index must be below the number of points of a Latin hypercube; other sequences go on.
+    ///
+    /// # Panics
+    /// The dimension is none of the design's.
+    pub fn coordinate(&self, index: u32, dimension: usize) -> f64 {
+        assert!(dimension < self.dimensions, "a design has no dimension {dimension}");
+        match &*self.generator {
+            Generator::Sobol(sobol) => sobol.coordinate(index, dimension),
+            Generator::Halton(halton) => halton.coordinate(index, dimension),
+            Generator::LatinHypercube(hypercube) => hypercube.coordinate(index, dimension),
+            Generator::Random(key) => inside(hashed(&[*key, dimension as u64, index.into()])),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
