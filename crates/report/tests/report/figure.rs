@@ -354,7 +354,8 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
         Just(Style::LineAndMarkers),
         Just(Style::Line),
         Just(Style::Path),
-        Just(Style::Markers)
+        Just(Style::Markers),
+        Just(Style::Bars)
     ];
     let points = || proptest::collection::vec((coordinate(), coordinate()), 0..60);
     let one = (
@@ -370,7 +371,20 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
             let names =
                 (0..points.len() * usize::from(log_x)).map(|i| format!("{name}{i}")).collect();
             let noise = points.iter().map(|point| point.1).collect();
-            Series { label, points, style, kin, fit, noise, names, rows: Vec::new() }
+            let whiskers = points.iter().map(|(x, y)| [*y, *x]).collect();
+            let bar_width = points.first().map_or(0.5, |point| point.0.abs());
+            Series {
+                label,
+                points,
+                style,
+                kin,
+                fit,
+                noise,
+                names,
+                bar_width,
+                whiskers,
+                rows: Vec::new(),
+            }
         });
     let end = (coordinate(), coordinate(), coordinate()).prop_map(|(x, low, high)| BandPoint {
         x,
