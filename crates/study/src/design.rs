@@ -5,15 +5,18 @@
 //! machine and in every order of work: there are only whole numbers and one division.
 //!
 //! The files below make the coordinates by one method each: `sobol`, `halton`, `latin_hypercube`.
-//! They know `bits`, from which all of them draw what is random, and not this face.
+//! `arrangement` puts rows of points in place of single ones. They know `bits`, from which all of
+//! them draw what is random, and not this face.
 
 use std::sync::Arc;
 
+pub mod arrangement;
 mod bits;
 mod halton;
 mod latin_hypercube;
 mod sobol;
 
+use arrangement::Arrangement;
 use bits::{hashed, inside};
 use halton::Halton;
 use latin_hypercube::LatinHypercube;
@@ -62,6 +65,7 @@ pub struct Design {
     count: u32,
     seed: u32,
     dimensions: usize,
+    arrangement: Arrangement,
     generator: Arc<Generator>,
 }
 
@@ -77,7 +81,10 @@ enum Generator {
 /// Designs are equal if they have the same points.
 impl PartialEq for Design {
     fn eq(&self, other: &Design) -> bool {
-        let text = |design: &Design| (design.method, design.count, design.seed, design.dimensions);
+        let text = |design: &Design| {
+            let Design { method, count, seed, dimensions, arrangement, .. } = design;
+            (*method, *count, *seed, *dimensions, *arrangement)
+        };
         text(self) == text(other)
     }
 }
@@ -85,7 +92,20 @@ impl PartialEq for Design {
 impl Design {
     /// Makes the design of `count` points; there are at most [`MOST_DIMENSIONS`] dimensions.
     pub fn new(method: SamplingMethod, count: u32, seed: u32, dimensions: usize) -> Design {
-        let dimensions = dimensions.min(MOST_DIMENSIONS);
+        Design::of_rows(method, count, seed, dimensions, Arrangement::Plain)
+    }
+
+    /// Makes the design of `count` rows of points. There are at most
+    /// [`Arrangement::most_dimensions`].
+    pub fn of_rows(
+        method: SamplingMethod,
+        count: u32,
+        seed: u32,
+        dimensions: usize,
+        arrangement: Arrangement,
+    ) -> Design {
+        let inputs = dimensions.min(arrangement.most_dimensions());
+        let dimensions = inputs * arrangement.coordinates_of_input();
         let key = hashed(&[u64::from(seed)]);
         let generator = match method {
             SamplingMethod::Sobol => Generator::Sobol(Sobol::new(key, dimensions)),
@@ -95,7 +115,8 @@ impl Design {
             }
             SamplingMethod::Random => Generator::Random(key),
         };
-        Design { method, count, seed, dimensions, generator: Arc::new(generator) }
+        let generator = Arc::new(generator);
+        Design { method, count, seed, dimensions: inputs, arrangement, generator }
     }
 
     /// Returns the method.
@@ -103,9 +124,29 @@ impl Design {
         self.method
     }
 
-    /// Returns the number of points.
+    /// Returns the number of rows, which are the points if the design is plain.
     pub fn count(&self) -> u32 {
         self.count
+    }
+
+    /// Returns the arrangement of the points in rows.
+    pub fn arrangement(&self) -> Arrangement {
+        self.arrangement
+    }
+
+    /// Returns the design with as many rows in another arrangement.
+    pub fn arranged(&self, arrangement: Arrangement) -> Design {
+        Design::of_rows(self.method, self.count, self.seed, self.dimensions, arrangement)
+    }
+
+    /// Returns the number of points of each row.
+    pub fn row_length(&self) -> usize {
+        self.arrangement.row_length(self.dimensions)
+    }
+
+    /// Returns the number of points; `None` if there are more than an index counts.
+    pub fn points(&self) -> Option<u32> {
+        u32::try_from(self.row_length()).ok()?.checked_mul(self.count)
     }
 
     /// Returns the seed.
@@ -122,7 +163,11 @@ impl Design {
     /// index.
     pub fn is_kept_by(&self, other: &Design) -> bool {
         let is_alike = (self.method, self.seed) == (other.method, other.seed)
-            && self.dimensions <= other.dimensions
+            && self.arrangement == other.arrangement
+            && match self.arrangement {
+                Arrangement::Plain => self.dimensions <= other.dimensions,
+                _ => self.dimensions == other.dimensions,
+            }
             && self.count <= other.count;
         let is_nested = match self.method {
             SamplingMethod::LatinHypercube => latin_hypercube::is_nested(self.count, other.count),
@@ -131,7 +176,8 @@ impl Design {
         is_alike && is_nested
     }
 
-    /// Returns a coordinate of a point: a number above 0 and below 1.
+    /// Returns a coordinate of a point: a number above 0 and below 1, or of a trajectory from 0 to
+    /// 1.
     ///
     /// The index must be below the number of points of a Latin hypercube; other sequences go on.
     ///
@@ -139,6 +185,23 @@ impl Design {
     /// The dimension is none of the design's.
     pub fn coordinate(&self, index: u32, dimension: usize) -> f64 {
         assert!(dimension < self.dimensions, "a design has no dimension {dimension}");
+        let row_length = self.row_length() as u32;
+        let (row, member) = (index / row_length, (index % row_length) as usize);
+        match self.arrangement {
+            Arrangement::Plain => self.drawn(index, dimension),
+            Arrangement::Saltelli => {
+                let takes_second = arrangement::takes_second(member, dimension, self.dimensions);
+                self.drawn(row, dimension + usize::from(takes_second) * self.dimensions)
+            }
+            Arrangement::Trajectories { levels } => {
+                let key = hashed(&[u64::from(self.seed), row.into()]);
+                arrangement::trajectory(key, member, dimension, self.dimensions, levels)
+            }
+        }
+    }
+
+    /// Returns a coordinate of the sequence.
+    fn drawn(&self, index: u32, dimension: usize) -> f64 {
         match &*self.generator {
             Generator::Sobol(sobol) => sobol.coordinate(index, dimension),
             Generator::Halton(halton) => halton.coordinate(index, dimension),

@@ -63,6 +63,9 @@ pub struct Figure {
     pub front: bool,
     /// The column whose values are written beside the points.
     pub names: Option<String>,
+    /// True if the influence of each drawn key on the columns along y is shown, in place of points:
+    /// there is no column along x.
+    pub influence: bool,
 }
 
 /// The name of the figure that stands for a study.
@@ -86,6 +89,7 @@ impl Figure {
             band: None,
             front: false,
             names: None,
+            influence: false,
         }
     }
 

@@ -213,12 +213,16 @@ fn parse(
     let question = read_text(&root, "question", &mut mistakes).unwrap_or_default();
     let kind = read_kind(&root, &mut mistakes);
     let (mut base, places) = read_base(text, &root, &mut mistakes);
-    let groups = read_groups(text, &root, shards, &mut mistakes);
+    let mut groups = read_groups(text, &root, shards, &mut mistakes);
     let accuracy = root
         .get("accuracy")
         .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut mistakes));
     base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
-    let kind_table = kind.read_table(&root, &groups, &mut mistakes);
+    let mut kind_table = kind.read_table(&root, &groups, &mut mistakes);
+    if mistakes.is_empty() {
+        kind.arrange(&root, &kind_table, &mut groups, &mut mistakes);
+        mistakes.extend(sweep::too_many_points(&groups, shards));
+    }
     let before = mistakes.len();
     sweep::refuse_absent(&groups, &base, &mut mistakes);
     sweep::refuse_alternatives(&groups, &base, &mut mistakes);
@@ -232,6 +236,7 @@ fn parse(
         return Err(mistakes);
     }
     let columns = kind.columns(groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));
+    kind.read_columns(&root, &columns, &mut kind_table, &mut mistakes);
     let figures =
         root.get("figure").map(|node| figure::read_figures(node, &groups, &columns, &mut mistakes));
     let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);

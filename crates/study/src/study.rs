@@ -48,6 +48,7 @@ use crate::job::Job;
 use crate::key::Key;
 use crate::kind::convergence::Ladder;
 use crate::kind::cost::{Cost, is_rung};
+use crate::kind::sensitivity::{SensitivityMethod, named_results};
 use crate::kind::{Kind, KindTable};
 use crate::point::StudyPoint;
 use crate::sheet::{Given, Setting, Sheet, TablePlaces};
@@ -134,6 +135,31 @@ impl Study {
     /// Returns the measurement of a study of cost.
     pub fn cost(&self) -> Option<Cost> {
         (self.kind == Kind::Cost).then(|| Cost::of(&self.kind_table))
+    }
+
+    /// Returns the method of a study of sensitivity.
+    pub fn sensitivity(&self) -> Option<SensitivityMethod> {
+        (self.kind == Kind::Sensitivity).then(|| SensitivityMethod::of(&self.kind_table))
+    }
+
+    /// Returns the columns of the results that a study of sensitivity is about: those that it
+    /// names, else those of its figures.
+    pub fn results_of_interest(&self) -> Vec<String> {
+        let named = named_results(&self.kind_table);
+        let of_figures = self.figures.iter().flat_map(|figure| &figure.y);
+        let mut results: Vec<String> = Vec::new();
+        for name in named.iter().chain(of_figures.filter(|_| named.is_empty())) {
+            if !results.contains(name) {
+                results.push(name.clone());
+            }
+        }
+        results
+    }
+
+    /// Returns the step of the sample at the point with an index; `None` without a sample.
+    pub fn step_of_sample(&self, index: usize) -> Option<usize> {
+        let sample = self.groups.iter().position(|group| group.design.is_some())?;
+        axis::steps(&self.groups, index).get(sample).copied()
     }
 
     /// Returns every column of the study's results.

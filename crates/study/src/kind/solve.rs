@@ -18,6 +18,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     name: "solve",
     table: None,
     has_accuracy: true,
+    arrange: None,
     refuses,
     assemble: |assembler, _| Job::Solve(assembler.case()),
     check: |_| Ok(()),
