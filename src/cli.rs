@@ -62,7 +62,7 @@ pub(crate) enum Command {
     Status(StatusArgs),
     /// Print what a study says beyond its rows: thresholds, orders of convergence, limits
     #[command(
-        after_help = "Examples:\n  tribosweep answer sliding\n  tribosweep answer convergence --json"
+        after_help = "Examples:\n  tribosweep answer sliding\n  tribosweep answer convergence --json\n  tribosweep answer coated-sphere --column peak_pressure     of a sample: mean, deviation, quantiles; or the influence of each key"
     )]
     Answer(AnswerArgs),
     /// Print a study's results as a table
@@ -303,6 +303,10 @@ pub(crate) struct StatusArgs {
 pub(crate) struct AnswerArgs {
     /// Name of the study
     pub(crate) name: String,
+    /// Column that the points of a sample are to describe, in place of those of the figures; may be
+    /// given several times
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) column: Vec<String>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

@@ -11,6 +11,7 @@ use study::columns::{Role, along_path, find};
 use study::label::{label, quantity_name};
 use study::units::Dimension;
 
+use crate::influence_figure;
 use crate::written_file::{check_own, write};
 
 /// The resolution of PNG files, in dots per inch.
@@ -67,6 +68,9 @@ pub(crate) fn pictured(
     figure: &study::Figure,
     filter: Option<&str>,
 ) -> Result<PicturedFigure> {
+    if figure.influence {
+        return influence_pictured(results, figure, filter);
+    }
     let FigureRows { table, undrawn } = results.figure_rows(figure, filter)?;
     let missing = undrawn.words();
     let picture = match (picture(results.study(), &table, figure, missing.as_deref()), &missing) {
@@ -75,6 +79,25 @@ pub(crate) fn pictured(
         }
         (picture, _) => picture?,
     };
+    Ok(PicturedFigure { picture, table, missing })
+}
+
+/// Returns a study's figure of the influence of its keys.
+fn influence_pictured(
+    results: &Results,
+    figure: &study::Figure,
+    filter: Option<&str>,
+) -> Result<PicturedFigure> {
+    if filter.is_some() {
+        bail!("the influence of keys is of the whole design, and --where has no meaning for it");
+    }
+    let missing = results.undrawn(figure, None)?.words();
+    let picture = influence_figure::picture(results, figure, missing.as_deref());
+    let picture = match &missing {
+        Some(missing) => picture.with_context(|| missing.clone())?,
+        None => picture?,
+    };
+    let table = DataTable::new(Vec::new(), Vec::new())?;
     Ok(PicturedFigure { picture, table, missing })
 }
 

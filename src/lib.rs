@@ -18,6 +18,7 @@ mod fields;
 mod figures;
 mod frozen_study;
 mod increments;
+mod influence_figure;
 mod job_list;
 mod ledger;
 pub mod library;

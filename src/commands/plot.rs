@@ -88,7 +88,13 @@ fn chosen(args: &PlotArgs, results: &Results<'_>) -> Result<Vec<study::Figure>> 
     };
     if let Some(x) = x {
         // A figure over another abscissa is another figure.
-        (figure.x, figure.steps) = (x.clone(), false);
+        (figure.x, figure.steps, figure.influence) = (x.clone(), false, false);
+    }
+    if figure.influence && (series.is_some() || panels.is_some() || *steps || *log_x || *log_y) {
+        bail!(
+            "the figure shows the influence of keys on results, which --y names; --series, --panels, \
+             --steps, --log-x and --log-y are of figures of points, whose abscissa --x names"
+        );
     }
     if !y.is_empty() {
         figure.y.clone_from(y);

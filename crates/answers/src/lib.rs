@@ -9,6 +9,8 @@
 //! - [`records`](Records), [`Accounts`], places, [`rows`] and comparisons are what everything else
 //!   is made of.
 //! - [`choice`] finds the points that a study wants next, by the results that it has.
+//! - `statistics` and `sensitivity` are about numbers alone; `described` says what the points of a
+//!   sample say of a column, `influence` how much each key moves it.
 //! - `convergence` compares the rungs of a ladder with their limit, `cost` holds their errors
 //!   against their times.
 //! - [`effects`] tells which effects jobs call for, and what leaving out the others saves;
@@ -27,9 +29,11 @@ mod citations;
 mod comparison;
 mod convergence;
 mod cost;
+mod described;
 pub mod effects;
 mod error;
 mod evidence;
+mod influence;
 mod kind;
 pub mod patches;
 mod path;

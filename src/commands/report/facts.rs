@@ -76,7 +76,7 @@ fn answers(results: &Results<'_>) -> Result<Vec<PageBlock>> {
                 blocks.push(PageBlock::Words(sentence(words)));
             }
             _ => {
-                blocks.push(PageBlock::Heading((*title).to_owned()));
+                blocks.push(PageBlock::Heading(title.to_string()));
                 blocks.extend(shortened(table)?);
             }
         }
