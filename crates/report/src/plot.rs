@@ -1,7 +1,7 @@
 //! Line charts.
 //!
-//! The files read downwards: `figure` says what a chart is; `error`, `spec`, `value_text` and
-//! `from_table` make one from a table; `canvas`, what is drawn on it (`band`, `front`, `slope`,
+//! The files read downwards: `figure` says what a chart is; `error`, `spec`, `value_text`, `groups`,
+//! `histogram` and `from_table` make one from a table; `canvas`, what is drawn on it (`band`, `front`, `slope`,
 //! `curve`, `names`), `legend`, `panel` and `layout` turn it into SVG, and `sketch` says where its
 //! points are. They know tables, fits, axes and SVG, and neither fields nor filters.
 
@@ -12,6 +12,8 @@ mod error;
 mod figure;
 mod from_table;
 mod front;
+mod groups;
+mod histogram;
 mod layout;
 mod legend;
 mod names;
@@ -24,4 +26,4 @@ mod value_text;
 pub use error::FigureError;
 pub use figure::{BandPoint, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
 pub use sketch::{FigureSketch, FigureSpot, SketchAxis};
-pub use spec::FigureSpec;
+pub use spec::{FigureForm, FigureSpec};

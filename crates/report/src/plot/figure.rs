@@ -49,6 +49,8 @@ pub struct PlotAxis {
     pub log: bool,
     /// The words of an axis of categories: the i-th stands at i. Empty for an axis of numbers.
     pub categories: Vec<String>,
+    /// True if an axis of numbers, none of which is negative, begins at 0.
+    pub from_zero: bool,
 }
 
 /// One curve.
@@ -119,4 +121,8 @@ pub enum Style {
     Path,
     /// Marked points alone.
     Markers,
+    /// Points alone that are very many.
+    Dots,
+    /// The outline of bars that stand side by side, filled.
+    Bars,
 }

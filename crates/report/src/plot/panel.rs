@@ -43,7 +43,7 @@ impl PlacedSeries<'_> {
     /// Lists the pieces of the curve and of its fitted line.
     fn segments(&self, canvas: &Canvas<'_>) -> Vec<Segment> {
         let mut segments = Vec::new();
-        if self.series.style != Style::Markers {
+        if !matches!(self.series.style, Style::Markers | Style::Dots) {
             let pairs = self.places.windows(2);
             segments.extend(pairs.filter_map(|pair| Some((pair[0]?, pair[1]?))));
         }

@@ -7,7 +7,7 @@ use report::{
 };
 
 fn axis(label: &str, unit: &str, log: bool) -> PlotAxis {
-    PlotAxis { label: label.into(), unit: unit.into(), log, categories: Vec::new() }
+    PlotAxis { label: label.into(), unit: unit.into(), log, ..PlotAxis::default() }
 }
 
 fn series(label: &str, points: &[(f64, f64)]) -> Series {
