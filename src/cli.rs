@@ -395,6 +395,15 @@ pub(crate) struct PlotArgs {
     /// all]
     #[arg(long, value_name = "NAME")]
     pub(crate) figure: Option<String>,
+    /// Form of the figure [default: that of the study's figure; scatter for a sample]
+    #[arg(long, value_name = "KIND", value_parser = ["curves", "scatter", "histogram"])]
+    pub(crate) kind: Option<String>,
+    /// Number of bins of a histogram [default: by the rule of Freedman and Diaconis]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) bins: Option<u32>,
+    /// Parts of the points in a histogram, and no counts
+    #[arg(long)]
+    pub(crate) share: bool,
     /// Column along x [default: the study's figure]
     #[arg(long)]
     pub(crate) x: Option<String>,

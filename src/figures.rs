@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use answers::{FigureRows, Results};
 use anyhow::{Context, Result, anyhow, bail};
-use report::{DataTable, FigureError, FigureSpec, PlotFigure};
+use report::{DataTable, FigureError, FigureForm, FigureSpec, PlotFigure};
 use study::Study;
 use study::columns::{Role, along_path, find};
+use study::figure::FigureKind;
 use study::label::{label, quantity_name};
 use study::units::Dimension;
 
@@ -68,7 +69,7 @@ pub(crate) fn pictured(
     figure: &study::Figure,
     filter: Option<&str>,
 ) -> Result<PicturedFigure> {
-    if figure.influence {
+    if figure.kind == FigureKind::Sensitivity {
         return influence_pictured(results, figure, filter);
     }
     let FigureRows { table, undrawn } = results.figure_rows(figure, filter)?;
@@ -132,7 +133,18 @@ fn picture(
     let noise = find(&columns, "noise").filter(|_| is_of_times).map(|column| column.name.as_ref());
     let note = missing.map(|missing| format!("{missing}."));
     let notes: Vec<&str> = note.iter().map(String::as_str).collect();
+    let form = match figure.kind {
+        FigureKind::Curves => FigureForm::Curves,
+        FigureKind::Scatter => FigureForm::Scatter,
+        FigureKind::Histogram => {
+            let bins = figure.bins.map(|bins| bins as usize);
+            FigureForm::Histogram { bins, share: figure.share }
+        }
+        // Its columns are not those of points.
+        FigureKind::Sensitivity => return Err(FigureError::NoY),
+    };
     let spec = FigureSpec {
+        form,
         x: &figure.x,
         notes: &notes,
         y: &y,

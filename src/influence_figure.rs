@@ -77,7 +77,8 @@ fn bars(table: &DataTable, result: &str) -> Result<PlotFigure, FigureError> {
     };
     let mut figure = PlotFigure::bars_from_table(table, &spec)?;
     for panel in &mut figure.panels {
-        let place = if panel.title.is_empty() { String::new() } else { format!(", {}", panel.title) };
+        let place =
+            if panel.title.is_empty() { String::new() } else { format!(", {}", panel.title) };
         panel.title = format!("{result}{place}");
         // No row of the table is a job.
         panel.series.iter_mut().for_each(|series| series.rows.clear());

@@ -6,6 +6,7 @@ use std::collections::HashSet;
 use report::{Cell, DataTable, TableColumn, TableError};
 use serde::Serialize;
 use study::columns::{Compared, Role, Row, along_path, find};
+use study::figure::FigureKind;
 use study::{Adaptive, Column, Figure, Kind, Record, Standing, Study, StudyPoint};
 
 use crate::accounts::{Accounts, ComputingRun};
@@ -340,7 +341,9 @@ impl<'r> Results<'r> {
         let figures = match self.study.suggestions() {
             [] => self.study.figures().to_vec(),
             // What moves nothing is an answer as well.
-            suggestions if suggestions.iter().all(|figure| figure.influence) => {
+            suggestions
+                if suggestions.iter().all(|figure| figure.kind == FigureKind::Sensitivity) =>
+            {
                 suggestions.to_vec()
             }
             suggestions => self.varying(suggestions)?.into_iter().collect(),
@@ -351,11 +354,8 @@ impl<'r> Results<'r> {
     /// Returns the first of some figures that shows something that varies, without columns that do
     /// not; the first of all as long as no curve has two points.
     fn varying(&self, suggestions: &[Figure]) -> Result<Option<Figure>, AnswerError> {
-        let mentions: Vec<&str> = suggestions
-            .iter()
-            .flat_map(|figure| figure.y.iter().chain(figure.band.iter().flatten()))
-            .map(String::as_str)
-            .collect();
+        let mentions: Vec<&str> =
+            suggestions.iter().flat_map(Figure::shown).map(String::as_str).collect();
         let table = self.table(&mentions)?.filter(IS_CERTIFIED)?;
         let noise = noise(&self.points);
         let mut is_known = false;
@@ -381,20 +381,20 @@ impl<'r> Results<'r> {
         filter: Option<&str>,
     ) -> Result<FigureRows, AnswerError> {
         let undrawn = self.undrawn(figure, filter)?;
-        let Figure { x, y, series, panels, band, names, .. } = figure;
-        let drawn = y.iter().chain(band.iter().flatten());
+        let Figure { x, series, panels, names, .. } = figure;
+        let drawn = || figure.shown();
         let table = if figure.steps {
             self.increments()?.filter(IS_CERTIFIED)?
         } else {
             let columns = [x].into_iter().chain(series).chain(panels).chain(names);
-            let columns = columns.chain(drawn.clone()).map(String::as_str);
+            let columns = columns.chain(drawn()).map(String::as_str);
             self.table(&columns.chain(filter).collect::<Vec<_>>())?
         };
         let table = match filter {
             Some(expression) => table.filter(expression)?,
             None => table,
         };
-        Ok(FigureRows { table: only_certified(&table, drawn)?, undrawn })
+        Ok(FigureRows { table: only_certified(&table, drawn())?, undrawn })
     }
 
     /// Counts the points without a certified result that a figure of the rows for which `filter`
@@ -436,7 +436,7 @@ impl<'r> Results<'r> {
         let figures = self.figures()?.iter().filter(|figure| steps || !figure.steps);
         let of_figures: Vec<String> = figures
             .flat_map(|figure| {
-                let x = Some(&figure.x).filter(|_| !figure.influence);
+                let x = Some(&figure.x).filter(|x| !x.is_empty());
                 x.into_iter().chain(&figure.y).chain(figure.band.iter().flatten())
             })
             .cloned()

@@ -14,7 +14,7 @@ use crate::kind::Kind;
 use crate::quantity::one_of;
 use crate::read::{self, Reader, entries};
 use crate::sheet::{Given, TablePlaces};
-use crate::study::Study;
+use crate::study::{Study, of_sample};
 use crate::study_files::{ReadFile, StudyFiles};
 use crate::suggestion::{nearest, standing_elsewhere};
 use crate::{accuracy, sample, sweep};
@@ -277,14 +277,6 @@ fn parse(
 
 /// The number of points of a sample that are checked when a study is read that cannot be listed.
 const TRIED_POINTS: usize = 1000;
-
-/// Says of which point of a sample a mistake is.
-fn of_sample(mistake: Mistake, step: usize) -> Mistake {
-    match mistake.help.is_empty() {
-        true => mistake.help(format!("it is so at point {} of the sample", step + 1)),
-        false => mistake,
-    }
-}
 
 /// Reads `[sweep]` and `[sample]`, whose points are the fastest group.
 fn read_groups(

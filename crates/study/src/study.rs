@@ -53,7 +53,7 @@ use crate::kind::{Kind, KindTable};
 use crate::point::StudyPoint;
 use crate::sheet::{Given, Setting, Sheet, TablePlaces};
 use crate::study_files::StudyFiles;
-use crate::sweep::too_many_entries;
+use crate::sweep::{self, too_many_entries};
 use crate::value::Value;
 
 /// The largest number of points that are listed at a time.
@@ -339,6 +339,33 @@ impl Study {
         Err(StudyError::new(&self.path, &self.text, vec![Mistake::new(span, message, expected)]))
     }
 
+    /// Refuses a study that one run does not take as a whole.
+    ///
+    /// # Errors
+    /// Too many points, or points with too many load steps and layers, at the place of an axis.
+    pub fn require_listed(&self) -> Result<(), StudyError> {
+        let mistake = sweep::too_many_points(&self.groups, false)
+            .or_else(|| too_many_entries(&self.groups, &self.base, self.points));
+        let refused = |mistake| StudyError::new(&self.path, &self.text, vec![mistake]);
+        mistake.map_or(Ok(()), |mistake| Err(refused(mistake)))
+    }
+
+    /// Returns the job of the `index`-th point, without the values of its axes.
+    ///
+    /// # Errors
+    /// The point makes no sense, at its place in the file.
+    pub fn job_at(&self, index: usize) -> Result<Job, StudyError> {
+        let steps = axis::steps(&self.groups, index.min(self.points - 1));
+        self.job(&steps).map_err(|mistakes| {
+            let sample = self.groups.iter().zip(&steps).find(|(group, _)| group.design.is_some());
+            let located = mistakes.into_iter().map(|mistake| match sample {
+                Some((_, step)) => of_sample(mistake, *step),
+                None => mistake,
+            });
+            StudyError::new(&self.path, &self.text, located.collect())
+        })
+    }
+
     /// Returns the part of the study that has only the points with some indices.
     ///
     /// # Errors
@@ -404,5 +431,13 @@ impl Study {
             accuracy.check(&job).map_err(|mistake| vec![mistake])?;
         }
         Ok(job)
+    }
+}
+
+/// Says of which point of a sample a mistake is.
+pub(crate) fn of_sample(mistake: Mistake, step: usize) -> Mistake {
+    match mistake.help.is_empty() {
+        true => mistake.help(format!("it is so at point {} of the sample", step + 1)),
+        false => mistake,
     }
 }

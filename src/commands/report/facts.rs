@@ -10,7 +10,7 @@ use report::{Cell, DataTable, PageBlock, PageSection, TableColumn, TableError, q
 use study::columns::Role;
 use study::job::PHYSICS_VERSION;
 use study::provenance::median;
-use study::{Column, StudyPoint};
+use study::{Column, Figure, StudyPoint};
 
 use super::provenance;
 use super::rows::JobRows;
@@ -96,7 +96,7 @@ fn sentence(words: &str) -> String {
 fn ranges(results: &Results<'_>, rows: &JobRows<'_>) -> Result<Vec<String>> {
     let mut named: Vec<&String> = Vec::new();
     let figures = results.figures()?.iter().filter(|figure| !figure.steps);
-    for name in figures.flat_map(|figure| figure.y.iter().chain(figure.band.iter().flatten())) {
+    for name in figures.flat_map(Figure::shown) {
         if !named.contains(&name) {
             named.push(name);
         }

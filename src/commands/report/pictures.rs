@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use answers::Results;
 use anyhow::Result;
 use report::{PageBlock, PageFigure, PageSection};
+use study::figure::FigureKind;
 
 use super::rows::JobRows;
 use crate::figures::{PicturedFigure, nothing_varies, pictured};
@@ -38,15 +39,16 @@ pub(super) fn section(
     }
     let (mut used, mut has_sketch) = (0, false);
     for figure in figures {
-        let PicturedFigure { mut picture, table, .. } = match pictured(results, figure, filter_of(figure, filter)) {
-            Ok(pictured) => pictured,
-            Err(error) => {
-                let sentence = format!("The figure {} is missing: {error:#}.", figure.name);
-                blocks.push(PageBlock::Warning(sentence.clone()));
-                left_out.push(sentence);
-                continue;
-            }
-        };
+        let PicturedFigure { mut picture, table, .. } =
+            match pictured(results, figure, filter_of(figure, filter)) {
+                Ok(pictured) => pictured,
+                Err(error) => {
+                    let sentence = format!("The figure {} is missing: {error:#}.", figure.name);
+                    blocks.push(PageBlock::Warning(sentence.clone()));
+                    left_out.push(sentence);
+                    continue;
+                }
+            };
         let title = picture.title.clone();
         if title == results.study().question() {
             // The question stands above all.
@@ -93,7 +95,7 @@ pub(super) fn section(
 
 /// Returns the filter of a figure; the influence of keys is of the whole design.
 fn filter_of<'f>(figure: &study::Figure, filter: Option<&'f str>) -> Option<&'f str> {
-    filter.filter(|_| !figure.influence)
+    filter.filter(|_| figure.kind != FigureKind::Sensitivity)
 }
 
 /// Returns the row of each job in the page's table, which has the `listed` first rows. Of several

@@ -1,19 +1,18 @@
 //! Bars from zero with whiskers, e.g. shares with their intervals.
 
 use super::canvas::{Canvas, PlotPoint, has_place};
+use super::curve::SHADE_OF_BARS;
 use super::figure::{PlotPanel, Series, Style};
 use crate::axis::INK;
 use crate::palette::Look;
 use crate::svg::{Drawing, Rect, n};
 
-/// The opacity of a bar.
-const SHADE: f64 = 0.75;
 /// Half the width of the end of a whisker, in pixels.
 const CAP: f64 = 3.0;
 
 /// Lists the points that the axes have to show for a series of bars besides the tops.
 pub(super) fn corners(series: &Series, panel: &PlotPanel) -> Vec<PlotPoint> {
-    if series.style != Style::Bars {
+    if series.style != Style::WhiskerBars {
         return Vec::new();
     }
     let has_numbers = panel.x.categories.is_empty();
@@ -33,7 +32,7 @@ pub(super) fn draw(drawing: &mut Drawing, canvas: &Canvas<'_>, series: &Series, 
         let bar =
             Rect { x: left, y: top.min(foot), width: right - left, height: (foot - top).abs() };
         drawing.push(&format!(
-            r#"<rect x="{}" y="{}" width="{}" height="{}" fill="{4}" fill-opacity="{SHADE}" stroke="{4}" stroke-width="0.8"/>"#,
+            r#"<rect x="{}" y="{}" width="{}" height="{}" fill="{4}" fill-opacity="{SHADE_OF_BARS}" stroke="{4}" stroke-width="0.8"/>"#,
             n(bar.x),
             n(bar.y),
             n(bar.width),
@@ -56,15 +55,4 @@ pub(super) fn draw(drawing: &mut Drawing, canvas: &Canvas<'_>, series: &Series, 
         drawing
             .push(&format!(r#"<path d="{path}" fill="none" stroke="{INK}" stroke-width="1.1"/>"#));
     }
-}
-
-/// Draws a bar for the legend, with its left end and its middle at `(x, y)`.
-pub(super) fn sample(drawing: &mut Drawing, (x, y): PlotPoint, width: f64, look: Look) {
-    drawing.push(&format!(
-        r#"<rect x="{}" y="{}" width="{}" height="10" fill="{3}" fill-opacity="{SHADE}" stroke="{3}" stroke-width="0.8"/>"#,
-        n(x + width / 2.0 - 6.0),
-        n(y - 5.0),
-        n(12.0),
-        look.color
-    ));
 }

@@ -110,7 +110,7 @@ fn panel(
         series.push(Series {
             label: bars.label.to_owned(),
             points: numbers(value).enumerate().map(place).collect(),
-            style: Style::Bars,
+            style: Style::WhiskerBars,
             bar_width: slot,
             whiskers,
             rows: rows.iter().copied().map(Some).collect(),
@@ -118,9 +118,8 @@ fn panel(
         });
     }
     let categories = rows.iter().map(|row| words[*row].clone()).collect();
-    let x =
-        PlotAxis { label: spec.x_label.to_owned(), unit: String::new(), log: false, categories };
-    let y = PlotAxis { label: spec.y_label.to_owned(), unit, log: false, categories: Vec::new() };
+    let x = PlotAxis { label: spec.x_label.to_owned(), categories, ..PlotAxis::default() };
+    let y = PlotAxis { label: spec.y_label.to_owned(), unit, ..PlotAxis::default() };
     Ok(PlotPanel { title: title.to_owned(), x, y, series, bands: Vec::new(), front: false })
 }
 
@@ -197,7 +196,7 @@ mod tests {
         assert!(first.points[1].0 > 0.5 && second.points[1].0 < 1.5);
         // The second is below zero: its bar hangs, and the axis shows where it ends.
         let svg = figure.svg();
-        assert_eq!(svg.matches("fill-opacity=\"0.75\"").count(), 6 + 2, "bars and legend");
+        assert_eq!(svg.matches("fill-opacity=\"0.25\"").count(), 6 + 2, "bars and legend");
         assert_eq!(figure.sketch().spots.len(), 6);
     }
 

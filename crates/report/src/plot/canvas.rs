@@ -46,7 +46,10 @@ impl PanelAxis {
         } else {
             PrefixedUnit::fitting(&axis.unit, values().map(f64::abs).fold(0.0, f64::max))
         };
-        let scale = AxisScale::around(values().map(|v| unit.of_si(v)), axis.log);
+        let mut scale = AxisScale::around(values().map(|v| unit.of_si(v)), axis.log);
+        if axis.from_zero && !axis.log {
+            scale.low = 0.0;
+        }
         let drawn = match width {
             Some(width) => DrawnAxis::across(scale, width, &axis.label, &unit.name),
             None => {

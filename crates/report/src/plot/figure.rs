@@ -49,6 +49,8 @@ pub struct PlotAxis {
     pub log: bool,
     /// The words of an axis of categories: the i-th stands at i. Empty for an axis of numbers.
     pub categories: Vec<String>,
+    /// True if an axis of numbers, none of which is negative, begins at 0.
+    pub from_zero: bool,
 }
 
 /// One curve.
@@ -72,7 +74,7 @@ pub struct Series {
     /// The names beside points, by their index, as far as there is room: beside those of the front,
     /// or beside every point if there is no front. Empty for no name.
     pub names: Vec<String>,
-    /// The width of the bars in SI units, or in categories; for [`Style::Bars`] alone.
+    /// The width of the bars in SI units, or in categories; for [`Style::WhiskerBars`] alone.
     pub bar_width: f64,
     /// The lower and the upper end of the whisker of each bar, NaN for none; empty without whiskers.
     pub whiskers: Vec<[f64; 2]>,
@@ -123,6 +125,10 @@ pub enum Style {
     Path,
     /// Marked points alone.
     Markers,
-    /// Bars from zero to the points.
+    /// Bars from zero to the points, with whiskers.
+    WhiskerBars,
+    /// Points alone that are very many.
+    Dots,
+    /// The outline of bars that stand side by side, filled.
     Bars,
 }

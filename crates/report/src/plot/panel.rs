@@ -43,7 +43,9 @@ impl PlacedSeries<'_> {
     /// Lists the pieces of the curve and of its fitted line.
     fn segments(&self, canvas: &Canvas<'_>) -> Vec<Segment> {
         let mut segments = Vec::new();
-        if !matches!(self.series.style, Style::Markers | Style::Bars) {
+        let is_joined =
+            !matches!(self.series.style, Style::Markers | Style::Dots | Style::WhiskerBars);
+        if is_joined {
             let pairs = self.places.windows(2);
             segments.extend(pairs.filter_map(|pair| Some((pair[0]?, pair[1]?))));
         }
@@ -125,7 +127,7 @@ pub(super) fn draw(
     for curve in &curves {
         begin(drawing, curve.series);
         match curve.series.style {
-            Style::Bars => bars::draw(drawing, canvas, curve.series, curve.look),
+            Style::WhiskerBars => bars::draw(drawing, canvas, curve.series, curve.look),
             _ => curve::draw(drawing, curve.series, &curve.places, curve.look),
         }
         drawing.end();

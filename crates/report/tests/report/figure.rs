@@ -7,7 +7,7 @@ use report::{
 };
 
 fn axis(label: &str, unit: &str, log: bool) -> PlotAxis {
-    PlotAxis { label: label.into(), unit: unit.into(), log, categories: Vec::new() }
+    PlotAxis { label: label.into(), unit: unit.into(), log, ..PlotAxis::default() }
 }
 
 fn series(label: &str, points: &[(f64, f64)]) -> Series {
@@ -355,7 +355,9 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
         Just(Style::Line),
         Just(Style::Path),
         Just(Style::Markers),
-        Just(Style::Bars)
+        Just(Style::Dots),
+        Just(Style::Bars),
+        Just(Style::WhiskerBars)
     ];
     let points = || proptest::collection::vec((coordinate(), coordinate()), 0..60);
     let one = (

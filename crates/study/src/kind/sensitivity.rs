@@ -28,7 +28,7 @@ use crate::design::SamplingMethod;
 use crate::design::arrangement::Arrangement;
 use crate::distribution::Distribution;
 use crate::error::{Mistake, Span};
-use crate::figure::Figure;
+use crate::figure::{Figure, FigureKind};
 use crate::job::Job;
 
 /// The description of the kind.
@@ -186,5 +186,5 @@ fn suggestions(table: &KindTable, _: &[Group], jobs: &[Job]) -> Vec<Figure> {
         }
         named => named.to_vec(),
     };
-    vec![Figure { influence: true, ..Figure::new(String::new(), results) }]
+    vec![Figure { kind: FigureKind::Sensitivity, ..Figure::new(String::new(), results) }]
 }
