@@ -7,5 +7,6 @@ mod limits;
 mod materials;
 mod refused;
 mod sample;
+mod sensitivity;
 mod simulate;
 mod sphere;
