@@ -9,6 +9,10 @@ use study::label::label;
 /// The largest number of keys that a panel shows.
 const MOST_KEYS: usize = 20;
 
+/// The longest label of a key, in characters. A longer one would be cut, and the words of its column
+/// stand in its place.
+const LONGEST: usize = 20;
+
 /// Draws the influence of each key on the results along y, with a note of what is `missing`.
 ///
 /// # Errors
@@ -96,7 +100,11 @@ fn labelled(table: &DataTable, results: &Results<'_>, keys: usize) -> Result<Dat
         if let Cell::Text(name) = &mut row[input]
             && let Some(column) = find(&columns, name)
         {
-            *name = label(column, &columns);
+            let label = label(column, &columns);
+            *name = match label.chars().count() {
+                0..=LONGEST => label,
+                _ => name.replace('_', " "),
+            };
         }
         row
     };

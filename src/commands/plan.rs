@@ -56,6 +56,9 @@ struct Plan<'a> {
     /// The words about the files that the study names.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     files: Vec<String>,
+    /// The note about the number of points of a sample.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    note: Option<String>,
     /// The findings so far of a study that chooses points.
     #[serde(skip_serializing_if = "Option::is_none")]
     chosen: Option<serde_json::Value>,
@@ -94,8 +97,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     for job in jobs.distinct.iter().filter(is_left) {
         tally.add(&job.forecast, increments_of(&jobs.points[job.point].job));
     }
-    let files = file_lines(&study, &jobs);
-    let mut plan = Plan::of(&study, &tally, &overview, files);
+    let mut plan = Plan::of(&study, &tally, &overview, file_lines(&study, &jobs));
     plan.chosen = found.as_ref().map(|table| serde_json::from_str(&table.json())).transpose()?;
     plan.shard = args.shard.map(|_| shard.to_string());
     if args.json {
@@ -285,6 +287,7 @@ impl<'a> Plan<'a> {
             effects_of: None,
             effects: &overview.groups,
             files,
+            note: study.sample_note(),
             chosen: None,
         }
     }
@@ -310,6 +313,7 @@ impl<'a> Plan<'a> {
             text += &format!(" with {} increments", self.increments);
         }
         text += "\n";
+        text += &self.note.iter().map(|note| format!("note: {note}\n")).collect::<String>();
         text + &self.files.iter().map(|line| format!("{line}\n")).collect::<String>()
     }
 

@@ -16,6 +16,7 @@ mod refused;
 mod report;
 mod research_object;
 mod said;
+mod samples;
 mod shards;
 mod store;
 mod submit;

@@ -260,12 +260,14 @@ pub struct Group {
     pub(crate) length: usize,
     /// The design whose points are the steps of a sample, with a dimension for each axis.
     pub(crate) design: Option<Design>,
+    /// The place of the number of points of a sample.
+    pub(crate) count: Span,
 }
 
 impl Group {
     /// Makes a group of axes whose values are listed; each has `length` of them.
     pub(crate) fn listed(axes: Vec<SweepAxis>, length: usize) -> Group {
-        Group { axes, length, design: None }
+        Group { axes, length, design: None, count: 0..0 }
     }
 
     /// Returns the design whose points are the steps, if the axes are those of a sample.

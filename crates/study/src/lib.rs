@@ -29,6 +29,7 @@ pub mod accuracy;
 pub mod adaptive;
 mod assemble;
 pub mod axis;
+mod column_file;
 mod column_name;
 pub mod columns;
 mod definition;

@@ -13,10 +13,12 @@ use crate::key::{Key, Table};
 use crate::kind::Kind;
 use crate::quantity::one_of;
 use crate::read::{self, Reader, entries};
+use crate::sample::ReadColumn;
 use crate::sheet::{Given, TablePlaces};
 use crate::study::{Study, of_sample};
 use crate::study_files::{ReadFile, StudyFiles};
 use crate::suggestion::{nearest, standing_elsewhere};
+use crate::units::Dimension;
 use crate::{accuracy, sample, sweep};
 
 /// The names at the top of a study before those of the tables of kinds.
@@ -213,7 +215,11 @@ fn parse(
     let question = read_text(&root, "question", &mut mistakes).unwrap_or_default();
     let kind = read_kind(&root, &mut mistakes);
     let (mut base, places) = read_base(text, &root, &mut mistakes);
-    let mut groups = read_groups(text, &root, shards, &mut mistakes);
+    let mut study_files = StudyFiles::default();
+    let mut column = |name: &str, column: &str, dimension: Dimension| {
+        study_files.read_column(name, column, dimension, files)
+    };
+    let mut groups = read_groups(text, &root, shards, &mut column, &mut mistakes);
     let accuracy = root
         .get("accuracy")
         .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut mistakes));
@@ -256,7 +262,7 @@ fn parse(
         groups,
         base,
         places,
-        files: StudyFiles::default(),
+        files: study_files,
         path: path.to_owned(),
         text: text.to_owned(),
     };
@@ -283,11 +289,12 @@ fn read_groups(
     text: &str,
     root: &DeTable<'_>,
     shards: bool,
+    column: &mut ReadColumn<'_>,
     mistakes: &mut Vec<Mistake>,
 ) -> Vec<Group> {
     let before = mistakes.len();
     let sweep = root.get("sweep").map(|node| sweep::read_sweep(text, node, mistakes));
-    let sample = root.get("sample").and_then(|node| sample::read_sample(node, mistakes));
+    let sample = root.get("sample").and_then(|node| sample::read_sample(node, column, mistakes));
     let groups: Vec<Group> = sweep.into_iter().flatten().chain(sample).collect();
     sweep::refuse_overlaps(&groups, mistakes);
     if mistakes.len() == before {

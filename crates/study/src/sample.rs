@@ -18,6 +18,8 @@
 //!                                     deviation = "8 GPa" }
 //! "punch.material.poisson" = { distribution = "triangular", from = 0.2, mode = 0.3, to = 0.4 }
 //! mesh = { values = [16, 32], weights = [3, 1] }             # discrete; equal weights if left out
+//! # the values that were measured, as often as they were; see `column_file`
+//! "foundation.layers[0].thickness" = { file = "coating.csv", column = "thickness" }
 //! ```
 //!
 //! Beside `[sweep]`, the sample is drawn for each combination of the axes, the same for all. A key
@@ -27,6 +29,7 @@ use std::collections::BTreeMap;
 
 use toml::de::{DeTable, DeValue};
 
+use crate::assemble::with_article;
 use crate::axis::{Choice, Group, MAX_POINTS, SweepAxis, Target};
 use crate::design::{Design, MOST_DIMENSIONS, SamplingMethod};
 use crate::distribution::{BoundedNormal, CumulativeWeights, Distribution};
@@ -34,6 +37,7 @@ use crate::error::{Mistake, are_enough};
 use crate::key::{Key, Table};
 use crate::quantity::{Quantity, one_of};
 use crate::read::{self, Name, Node, entries};
+use crate::sheet::Setting;
 use crate::suggestion::{nearest, nearest_path};
 use crate::sweep::refuse_repeats;
 use crate::units::Dimension;
@@ -48,7 +52,11 @@ const SHAPES: &[(&str, &[&str])] = &[
     ("log-normal", &["mean", "deviation", "median", "log_deviation", "from", "to"]),
     ("triangular", &["from", "mode", "to"]),
     ("discrete", &["values", "weights"]),
+    ("empirical", &["file", "column"]),
 ];
+
+/// A reader of a column of a file: it gets the names of both, and what the values measure.
+pub(crate) type ReadColumn<'f> = dyn FnMut(&str, &str, Dimension) -> Result<Vec<f64>, String> + 'f;
 
 /// The other names that a distribution has elsewhere, each with its name here.
 const SYNONYMS: &[(&str, &str)] = &[
@@ -62,7 +70,8 @@ const SYNONYMS: &[(&str, &str)] = &[
     ("logunif", "log-uniform"),
     ("reciprocal", "log-uniform"),
     ("triang", "triangular"),
-    ("histogram_point", "discrete"),
+    ("userdefined", "discrete"),
+    ("histogrampoint", "discrete"),
     ("choice", "discrete"),
 ];
 
@@ -70,7 +79,11 @@ const SYNONYMS: &[(&str, &str)] = &[
 const FURTHEST: f64 = 8.3;
 
 /// Reads `[sample]` into a group whose steps are the points of a design.
-pub(crate) fn read_sample(node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> Option<Group> {
+pub(crate) fn read_sample(
+    node: &Node<'_>,
+    column: &mut ReadColumn<'_>,
+    mistakes: &mut Vec<Mistake>,
+) -> Option<Group> {
     let DeValue::Table(table) = node.get_ref() else {
         let expected = format!("a table with the keys `{}`", KEYS.join("`, `"));
         mistakes.push(read::mistyped("sample", node, &expected));
@@ -94,13 +107,14 @@ pub(crate) fn read_sample(node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> Optio
         }
         length => length.ok().flatten(),
     };
-    let axes = read_keys(table, node, mistakes);
+    let axes = read_keys(table, node, column, mistakes);
     let (method, length, seed) = (method?, length?, seed.ok()?.unwrap_or(0));
     if axes.is_empty() {
         return None;
     }
     let design = Design::new(method, length, seed, axes.len());
-    Some(Group { length: length as usize, axes, design: Some(design) })
+    let count = table.get("count").map_or(node.span(), |node| node.span());
+    Some(Group { length: length as usize, axes, design: Some(design), count })
 }
 
 /// Notes the names in `[sample]` that mean nothing there.
@@ -168,6 +182,7 @@ fn read_whole(table: &DeTable<'_>, name: &str) -> Result<Option<u32>, Mistake> {
 fn read_keys(
     sample: &DeTable<'_>,
     whole: &Node<'_>,
+    column: &mut ReadColumn<'_>,
     mistakes: &mut Vec<Mistake>,
 ) -> Vec<SweepAxis> {
     let example = "\"friction.mu\" = { from = 0.1, to = 0.5 }";
@@ -184,7 +199,7 @@ fn read_keys(
     let before = mistakes.len();
     let mut axes = Vec::new();
     for (name, node) in entries(table) {
-        read_axes("", name, node, &mut axes, mistakes);
+        read_axes("", name, node, column, &mut axes, mistakes);
     }
     // Keys that are written with dots arrive gathered by their tables, but their places count.
     axes.sort_by_key(|axis: &SweepAxis| axis.span.start);
@@ -207,6 +222,7 @@ fn read_axes(
     prefix: &str,
     name: &Name<'_>,
     node: &Node<'_>,
+    column: &mut ReadColumn<'_>,
     axes: &mut Vec<SweepAxis>,
     mistakes: &mut Vec<Mistake>,
 ) {
@@ -220,7 +236,7 @@ fn read_axes(
     match (Table::find(&path), Key::find(&path), node.get_ref()) {
         (Some(_), _, DeValue::Table(below)) if !below.is_empty() && !is_distribution(below) => {
             for (name, node) in entries(below) {
-                read_axes(&path, name, node, axes, mistakes);
+                read_axes(&path, name, node, column, axes, mistakes);
             }
         }
         (Some(_), ..) => {
@@ -228,21 +244,23 @@ fn read_axes(
             let mistake = Mistake::new(name.span(), message, "must be a key");
             mistakes.push(mistake.help("tables are the values of axes, below [sweep]"));
         }
-        (None, Some(key), DeValue::Table(table)) => match read_drawn(key, table, node, mistakes) {
-            Ok(DrawnValues { distribution, choices }) => {
-                let log = distribution.is_log();
-                let axis = SweepAxis {
-                    target: Target::Key(key),
-                    choices,
-                    distribution: Some(distribution),
-                    log,
-                    span: node.span(),
-                };
-                refuse_repeats(&axis, mistakes);
-                axes.push(axis);
+        (None, Some(key), DeValue::Table(table)) => {
+            match read_drawn(key, table, node, column, mistakes) {
+                Ok(DrawnValues { distribution, choices }) => {
+                    let log = distribution.is_log();
+                    let axis = SweepAxis {
+                        target: Target::Key(key),
+                        choices,
+                        distribution: Some(distribution),
+                        log,
+                        span: node.span(),
+                    };
+                    refuse_repeats(&axis, mistakes);
+                    axes.push(axis);
+                }
+                Err(mistake) => mistakes.push(mistake),
             }
-            Err(mistake) => mistakes.push(mistake),
-        },
+        }
         (None, Some(key), _) => {
             let expected = "a range or a distribution, like { from = 0.1, to = 0.5 }";
             let mistake = read::mistyped(&key.short(), node, expected);
@@ -282,6 +300,7 @@ fn read_drawn(
     key: Key,
     table: &DeTable<'_>,
     node: &Node<'_>,
+    column: &mut ReadColumn<'_>,
     mistakes: &mut Vec<Mistake>,
 ) -> Result<DrawnValues, Mistake> {
     let shape = read_shape(key, table, node)?;
@@ -293,11 +312,16 @@ fn read_drawn(
         return read_discrete(key, table, node);
     }
     let Quantity::Number(dimension) = key.quantity() else {
-        let message =
-            format!("`{path}` has only single values, which a {shape} distribution lacks");
+        let message = format!(
+            "`{path}` has only single values, which {} distribution lacks",
+            with_article(shape)
+        );
         let expected = "needs { values = [ … ] }, and weights where they differ";
         return Err(Mistake::new(node.span(), message, expected));
     };
+    if shape == "empirical" {
+        return read_empirical(key, dimension, table, node, column);
+    }
     let numbers = Numbers::read(&path, dimension, table, node)?;
     let distribution = match shape {
         "uniform" => {
@@ -331,6 +355,9 @@ fn read_shape(key: Key, table: &DeTable<'_>, node: &Node<'_>) -> Result<&'static
         if table.contains_key("values") {
             return Ok("discrete");
         }
+        if table.contains_key("file") {
+            return Ok("empirical");
+        }
         let others = ["mean", "deviation", "median", "log_deviation", "mode"];
         if !others.iter().any(|other| table.contains_key(*other)) {
             return Ok("uniform");
@@ -354,6 +381,45 @@ fn read_shape(key: Key, table: &DeTable<'_>, node: &Node<'_>) -> Result<&'static
     let synonym = SYNONYMS.iter().find(|(others, _)| lower.replace('_', "") == *others);
     let meant = synonym.map(|(_, name)| *name).or_else(|| nearest(&name, names.iter().copied()));
     Err(unknown_word(&path, &name, name_node, meant, &names))
+}
+
+/// Reads the values of a column, of which each is drawn as often as it stands there.
+fn read_empirical(
+    key: Key,
+    dimension: Dimension,
+    table: &DeTable<'_>,
+    node: &Node<'_>,
+    column: &mut ReadColumn<'_>,
+) -> Result<DrawnValues, Mistake> {
+    let path = key.short();
+    let word = |name: &str| {
+        let missing = || {
+            let message = format!("the measured values of `{path}` have no `{name}`");
+            let expected = "needs { file = \"….csv\", column = \"…\" }";
+            Mistake::new(node.span(), message, expected)
+        };
+        let node = table.get(name).ok_or_else(missing)?;
+        read::text(&format!("{path}: {name}"), node)
+    };
+    let (file, name) = (word("file")?, word("column")?);
+    let place = table.get("file").map_or(node.span(), |node| node.span());
+    let mut values = column(&file, &name, dimension).map_err(|reason| {
+        let message = format!("cannot draw `{path}` from this file: {reason}");
+        Mistake::new(place.clone(), message, "must be a text with a head for each column")
+    })?;
+    // In order, so that neighbouring parts of the distribution are neighbouring values.
+    values.sort_by(f64::total_cmp);
+    let runs: Vec<&[f64]> = values.chunk_by(|a, b| a == b).collect();
+    let weights: Vec<f64> = runs.iter().map(|run| run.len() as f64).collect();
+    if runs.len() > MAX_POINTS {
+        let message = format!("`{path}` is drawn from {} different values", runs.len());
+        return Err(Mistake::new(place, message, format!("must be at most {MAX_POINTS}")));
+    }
+    let choice = |run: &&[f64]| Choice::of_key(key, Setting::Number(run[0]), node.span(), None);
+    Ok(DrawnValues {
+        distribution: Distribution::Discrete(CumulativeWeights::new(&weights)),
+        choices: runs.iter().map(choice).collect(),
+    })
 }
 
 fn read_discrete(key: Key, table: &DeTable<'_>, node: &Node<'_>) -> Result<DrawnValues, Mistake> {

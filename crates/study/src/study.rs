@@ -42,6 +42,7 @@ use crate::assemble::locate;
 use crate::axis;
 use crate::axis::{Group, MAX_POINTS, MAX_SHARDS, SweepAxis};
 use crate::columns::Column;
+use crate::design::SamplingMethod;
 use crate::error::{Mistake, StudyError};
 use crate::figure::Figure;
 use crate::job::Job;
@@ -233,6 +234,52 @@ impl Study {
     /// Returns the group whose axes a sample draws, if there is one.
     pub fn sample(&self) -> Option<&Group> {
         self.groups.iter().find(|group| group.design.is_some())
+    }
+
+    /// Refuses a sample that loses the points of the `former` study of the same name, from which it
+    /// differs in its number of points: only some hypercubes keep the points of others.
+    ///
+    /// # Errors
+    /// The points would be lost, at the place of their number in the file.
+    pub fn require_kept_points(&self, former: &Study) -> Result<(), StudyError> {
+        let (Some(sample), Some(other)) = (self.sample(), former.sample()) else { return Ok(()) };
+        let (Some(design), Some(before)) = (&sample.design, &other.design) else { return Ok(()) };
+        let drawn = |group: &Group| -> Vec<_> {
+            group.axes.iter().map(|axis| (axis.key(), axis.distribution.clone())).collect()
+        };
+        let is_other = (design.method(), design.seed()) != (before.method(), before.seed())
+            || drawn(sample) != drawn(other);
+        if is_other || design.is_kept_by(before) || before.is_kept_by(design) {
+            return Ok(());
+        }
+        let count = before.count();
+        let message = format!(
+            "a {} of {} points keeps none of the {count} that `{}` has in the store",
+            design.method().name(),
+            design.count(),
+            self.name
+        );
+        let doubled = [2, 4].map(|factor| u64::from(count) * factor);
+        let expected = format!("must be {}, {} and so on, to keep them", doubled[0], doubled[1]);
+        let mistake = Mistake::new(sample.count.clone(), message, expected);
+        let help = "a sample by another method grows by any number; a new sample needs another \
+                    `name`, or another `seed`";
+        Err(StudyError::new(&self.path, &self.text, vec![mistake.help(help)]))
+    }
+
+    /// Returns what is worth knowing about its sample, in words.
+    pub fn sample_note(&self) -> Option<String> {
+        let design = self.sample()?.design.as_ref()?;
+        let count = design.count();
+        let is_uneven = design.method() == SamplingMethod::Sobol && !count.is_power_of_two();
+        is_uneven.then(|| {
+            let below = 1_u32 << count.ilog2();
+            format!(
+                "the {count} points of the sample are no power of two, where Sobol' points are \
+                 most even: {below} or {}",
+                2 * u64::from(below)
+            )
+        })
     }
 
     /// Returns the `index`-th point with other values of the keys that the sample draws: those at

@@ -71,12 +71,17 @@ pub(crate) fn too_many_points(groups: &[Group], shards: bool) -> Option<Mistake>
         format!("or run the study in {shards} shards or more: `run … --shard 1/{shards}`")
     });
     let largest = groups.iter().max_by_key(|group| group.length);
-    let expected = match largest.is_some_and(|group| group.design.is_some()) {
-        true => "needs a smaller `count`, or fewer values on other axes",
-        false => "needs fewer values, here or on another axis",
+    let (span, expected) = match largest {
+        Some(sample) if sample.design.is_some() => {
+            (sample.count.clone(), "needs fewer points, or fewer values on other axes")
+        }
+        group => {
+            let axis = group.and_then(|group| group.axes.first());
+            let expected = "needs fewer values, here or on another axis";
+            (axis.map_or(0..0, |axis| axis.span.clone()), expected)
+        }
     };
-    let place = largest.and_then(|group| group.axes.first());
-    let mistake = Mistake::new(place.map_or(0..0, |axis| axis.span.clone()), message, expected);
+    let mistake = Mistake::new(span, message, expected);
     Some(mistake.help(help.unwrap_or_default()))
 }
 

@@ -1,6 +1,6 @@
 //! Samples: what they draw, and what is refused of them.
 
-use study::{Study, Value};
+use study::{NamedFile, Study, Value};
 
 /// A good sample; every case below spoils it in one way.
 const GOOD: &str = r#"name = "drawn"
@@ -115,9 +115,31 @@ const CASES: &[(&str, &str, &str)] = &[
     ("a value twice", MU, "{ values = [0.1, 0.1] }"),
     ("weights for other values", MU, "{ values = [0.1, 0.2], weights = [1, 2, 3] }"),
     ("a weight of nothing", MU, "{ values = [0.1, 0.2], weights = [1, 0] }"),
+    ("measured without a column", MU, "{ file = \"mu.csv\" }"),
+    ("measured in no file", MU, "{ file = \"none.csv\", column = \"mu\" }"),
+    ("measured in no such column", MU, "{ file = \"mu.csv\", column = \"nu\" }"),
+    ("measured in another unit", NORMAL, "{ file = \"mu.csv\", column = \"E\" }"),
+    ("measured words", MU, "{ file = \"mu.csv\", column = \"name\" }"),
+    (
+        "measured meshes",
+        "\"friction.mu\" = { from = 0.1, to = 0.5 }",
+        "mesh = { file = \"mu.csv\", column = \"mu\" }",
+    ),
     ("a range of meshes", "\"friction.mu\" = { from", "mesh = { from"),
     ("no keys", KEYS, "[sample.others]\n"),
     ("swept as well", "[sample]\n", "[sweep]\n\"friction.mu\" = [0.1, 0.2]\n[sample]\n"),
+    (
+        "unknown kind of figure",
+        "[sample]\n",
+        "[figure]\nkind = \"histogramm\"\nx = \"load\"\n[sample]\n",
+    ),
+    (
+        "histogram with y",
+        "[sample]\n",
+        "[figure]\nkind = \"histogram\"\nx = \"load\"\ny = \"mu\"\n[sample]\n",
+    ),
+    ("scatter with bins", "[sample]\n", "[figure]\nx = \"load\"\ny = \"mu\"\nbins = 3\n[sample]\n"),
+    ("no bins", "[sample]\n", "[figure]\nkind = \"histogram\"\nx = \"load\"\nbins = 0\n[sample]\n"),
     ("modulus twice", "friction.mu", "foundation.base.youngs_modulus"),
     (
         "bisect what is drawn",
@@ -128,7 +150,13 @@ const CASES: &[(&str, &str, &str)] = &[
 ];
 
 fn read(text: &str) -> Result<Study, study::StudyError> {
-    Study::parse(text, "study.toml", &mut |_| Err("there are no files".to_owned()))
+    Study::parse(text, "study.toml", &mut |name| match name {
+        "mu.csv" => {
+            let bytes = b"name,mu,E [GPa]\na,0.2,200\nb,0.3,210\n".to_vec();
+            Ok(NamedFile { bytes, may_quote: true })
+        }
+        _ => Err("there is no such file".to_owned()),
+    })
 }
 
 fn good(text: &str) -> Study {

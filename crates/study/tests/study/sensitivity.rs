@@ -54,7 +54,7 @@ const CASES: &[(&str, &str, &str)] = &[
     ("a result twice", OF, "of = [\"load\", \"load\"]"),
     ("results are a number", OF, "of = 3"),
     ("a table of another kind", "kind = \"sensitivity\"", "kind = \"solve\""),
-    ("meshes by accuracy", "[numerics]\nmesh = 16", "accuracy.is = \"1%\""),
+    ("meshes by accuracy", "kind = \"sensitivity\"", "kind = \"sensitivity\"\naccuracy = \"1%\""),
     (
         "meshes that are refined",
         "[sensitivity]",
