@@ -62,7 +62,7 @@ pub(crate) enum Command {
     Status(StatusArgs),
     /// Print what a study says beyond its rows: thresholds, orders of convergence, limits
     #[command(
-        after_help = "Examples:\n  tribosweep answer sliding\n  tribosweep answer convergence --json\n  tribosweep answer coated-sphere --column peak_pressure     of a sample: mean, deviation, quantiles; or the influence of each key"
+        after_help = "Examples:\n  tribosweep answer sliding\n  tribosweep answer convergence --json\n  tribosweep answer uncertain-coating --column peak_pressure     of a sample: mean, deviation, quantiles; or the influence of each key"
     )]
     Answer(AnswerArgs),
     /// Print a study's results as a table

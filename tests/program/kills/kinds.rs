@@ -39,6 +39,25 @@ mesh = [8, 16, 24, 32, 48, 64]
 projection = ["average", "midpoint"]
 "#;
 
+const SENSITIVITY: &str = r#"
+name = "kinds"
+kind = "sensitivity"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+loading.steps = [{ approach = "1 um" }]
+[numerics]
+mesh = 24
+[sensitivity]
+of = "load"
+[sample]
+method = "sobol"
+count = 6
+[sample.keys]
+"friction.mu" = { from = 0.1, to = 0.5 }
+"punch.radius" = { from = "8 mm", to = "12 mm" }
+"#;
+
 /// Waits until some jobs are durable and some are not; returns `false` if the study was over before
 /// that was seen.
 fn is_in_its_middle(running: &mut Running) -> bool {
@@ -143,4 +162,9 @@ fn searches_for_solutions_survive() {
 #[test]
 fn measured_convergence_survives() {
     survives(CONVERGENCE, 12);
+}
+
+#[test]
+fn rows_of_a_design_survive() {
+    survives(SENSITIVITY, 24);
 }
