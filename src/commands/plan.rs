@@ -26,7 +26,7 @@ use crate::stored::{StoreSource, read_store};
 use crate::study_file::{StudyShard, read_large_study, read_shard};
 use crate::words::{count, duration};
 
-use tally::{MeshShare, Tally};
+use tally::{MeshShare, PlanTally};
 
 mod stream;
 mod tally;
@@ -93,7 +93,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     jobs.bind(&study, |key| cached.contains(key))?;
     let is_left = |job: &&DistinctJob| !cached.contains(&jobs.points[job.point].key);
     let mut tally =
-        Tally { points: jobs.points.len(), jobs: jobs.distinct.len(), ..Tally::default() };
+        PlanTally { points: jobs.points.len(), jobs: jobs.distinct.len(), ..PlanTally::default() };
     for job in jobs.distinct.iter().filter(is_left) {
         tally.add(&job.forecast, increments_of(&jobs.points[job.point].job));
     }
@@ -267,7 +267,7 @@ fn cached_keys(jobs: &JobList, reader: Option<&StoreReader>) -> Result<HashSet<J
 }
 
 impl<'a> Plan<'a> {
-    fn of(study: &'a Study, tally: &Tally, overview: &'a Overview, files: Vec<String>) -> Self {
+    fn of(study: &'a Study, tally: &PlanTally, overview: &'a Overview, files: Vec<String>) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let workers = workers(study, cores, tally.to_run);
         Plan {
@@ -350,7 +350,7 @@ fn file_lines(study: &Study, jobs: &JobList) -> Vec<String> {
 }
 
 /// Returns a line for each size of mesh.
-fn meshes(tally: &Tally) -> String {
+fn meshes(tally: &PlanTally) -> String {
     let line = |([nx, ny], MeshShare { jobs, seconds }): (&[usize; 2], &MeshShare)| {
         format!(
             "  {nx} x {ny} elements: {}, {} of work\n",

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use store::StoreReader;
 use study::{Study, StudyPoint};
 
-use super::tally::Tally;
+use super::tally::PlanTally;
 
 /// The largest number of points of a plan, which then takes about half a GiB.
 const MOST_PLANNED: usize = 10_000_000;
@@ -37,7 +37,7 @@ pub(super) fn spread(study: &Study) -> Vec<StudyPoint> {
 }
 
 /// Returns the sums over all points of a study; a point without meaning is an error.
-pub(super) fn tally(study: &Study, reader: Option<&StoreReader>) -> Result<Tally> {
+pub(super) fn tally(study: &Study, reader: Option<&StoreReader>) -> Result<PlanTally> {
     if study.len() > MOST_PLANNED {
         bail!(
             "the study has {} points, and {MOST_PLANNED} at most are planned at once; `plan \
@@ -45,7 +45,7 @@ pub(super) fn tally(study: &Study, reader: Option<&StoreReader>) -> Result<Tally
             study.len()
         );
     }
-    let mut tally = Tally { points: study.len(), ..Tally::default() };
+    let mut tally = PlanTally { points: study.len(), ..PlanTally::default() };
     // Half of a digest tells 10⁷ jobs apart but for one chance in 10²⁴.
     let mut seen: HashSet<u128> = HashSet::new();
     for first in (0..study.len()).step_by(AT_A_TIME) {

@@ -6,7 +6,7 @@ use contact::Forecast;
 
 /// The numbers of points and jobs, and the sums over the jobs that are left to run.
 #[derive(Default)]
-pub(super) struct Tally {
+pub(super) struct PlanTally {
     pub(super) points: usize,
     /// The number of distinct jobs, those with a result included.
     pub(super) jobs: usize,
@@ -31,7 +31,7 @@ pub(super) struct MeshShare {
     pub(super) seconds: f64,
 }
 
-impl Tally {
+impl PlanTally {
     /// Adds a job that is left to run.
     pub(super) fn add(&mut self, forecast: &Forecast, increments: u64) {
         self.to_run += 1;

@@ -45,7 +45,7 @@ fn a_larger_sample_computes_only_what_it_adds() {
         let plan = place.json("plan drawn.toml --json");
         assert_eq!((&plan["cached"], &plan["to_run"]), (&8.into(), &(more - 8).into()), "{method}");
         let said = place.call("run drawn.toml --workers 2 --json");
-        assert_eq!(last_line(&said)["computed"], more - 8, "{method}");
+        assert_eq!(last_line(&said)["run"]["computing"], more - 8, "{method}");
         let many = csv(&place);
         assert!(many.starts_with(&few) && many.lines().count() == more + 1, "{method}\n{many}");
     }
@@ -126,7 +126,7 @@ fn a_sample_is_drawn_as_a_histogram_and_as_points() {
         std::fs::read_to_string(place.path("picture.svg")).unwrap()
     };
     let suggested = svg("");
-    assert!(suggested.contains(">points<") && suggested.contains("normal force"), "{suggested}");
+    assert!(suggested.contains(">points<") && suggested.contains(">load [N]<"), "{suggested}");
     let scatter = svg("--x mu --y stick_fraction");
     assert_eq!(scatter.matches("<circle").count(), 32);
     assert!(

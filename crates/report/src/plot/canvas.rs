@@ -47,7 +47,7 @@ impl PanelAxis {
             PrefixedUnit::fitting(&axis.unit, values().map(f64::abs).fold(0.0, f64::max))
         };
         let mut scale = AxisScale::around(values().map(|v| unit.of_si(v)), axis.log);
-        if axis.from_zero && !axis.log {
+        if axis.from_zero && !axis.log && scale.high > 0.0 && values().all(|v| v >= 0.0) {
             scale.low = 0.0;
         }
         let drawn = match width {

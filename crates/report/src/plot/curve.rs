@@ -76,6 +76,9 @@ fn draw_dots(drawing: &mut Drawing, places: &[Option<PlotPoint>], look: Look) {
 fn draw_bars(drawing: &mut Drawing, places: &[Option<PlotPoint>], look: Look) {
     let corners: Vec<String> =
         places.iter().flatten().map(|(x, y)| format!("{} {}", n(*x), n(*y))).collect();
+    if corners.is_empty() {
+        return;
+    }
     let color = look.color;
     drawing.push(&format!(
         r#"<path d="M{}Z" fill="{color}" fill-opacity="{SHADE_OF_BARS}" stroke="{color}" stroke-width="1.3" stroke-linejoin="round"{}/>"#,
