@@ -43,6 +43,7 @@ use crate::axis;
 use crate::axis::{Group, MAX_POINTS, MAX_SHARDS, SweepAxis};
 use crate::columns::Column;
 use crate::design::SamplingMethod;
+use crate::design::arrangement::Arrangement;
 use crate::error::{Mistake, StudyError};
 use crate::figure::Figure;
 use crate::job::Job;
@@ -274,8 +275,12 @@ impl Study {
         let is_uneven = design.method() == SamplingMethod::Sobol && !count.is_power_of_two();
         is_uneven.then(|| {
             let below = 1_u32 << count.ilog2();
+            let what = match design.arrangement() {
+                Arrangement::Plain => "points",
+                _ => "rows",
+            };
             format!(
-                "the {count} points of the sample are no power of two, where Sobol' points are \
+                "the {count} {what} of the sample are no power of two, where Sobol' points are \
                  most even: {below} or {}",
                 2 * u64::from(below)
             )
