@@ -19,7 +19,7 @@ pub(crate) fn answers_words(answers: &[AnswerTable]) -> String {
 /// Returns the answers by title, as rows by column.
 pub(crate) fn answers_json(answers: &[AnswerTable]) -> Result<serde_json::Value> {
     let rows = answers.iter().map(|AnswerTable { title, table }| {
-        Ok(((*title).to_owned(), serde_json::from_str(&table.json())?))
+        Ok((title.to_string(), serde_json::from_str(&table.json())?))
     });
     Ok(serde_json::Value::Object(rows.collect::<Result<_>>()?))
 }

@@ -70,7 +70,7 @@ pub(crate) enum Command {
     Status(StatusArgs),
     /// Print what a study says beyond its rows: thresholds, orders of convergence, limits
     #[command(
-        after_help = "Examples:\n  tribosweep answer sliding\n  tribosweep answer convergence --json"
+        after_help = "Examples:\n  tribosweep answer sliding\n  tribosweep answer convergence --json\n  tribosweep answer uncertain-coating --column peak_pressure     of a sample: mean, deviation, quantiles; or the influence of each key"
     )]
     Answer(AnswerArgs),
     /// Print a study's results as a table
@@ -331,6 +331,10 @@ pub(crate) struct StatusArgs {
 pub(crate) struct AnswerArgs {
     /// Name of the study
     pub(crate) name: String,
+    /// Column that the points of a sample are to describe, in place of those of the figures; may be
+    /// given several times
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) column: Vec<String>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -419,6 +423,15 @@ pub(crate) struct PlotArgs {
     /// all]
     #[arg(long, value_name = "NAME")]
     pub(crate) figure: Option<String>,
+    /// Form of the figure [default: that of the study's figure; scatter for a sample]
+    #[arg(long, value_name = "KIND", value_parser = ["curves", "scatter", "histogram"])]
+    pub(crate) kind: Option<String>,
+    /// Number of bins of a histogram [default: by the rule of Freedman and Diaconis]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) bins: Option<u32>,
+    /// Parts of the points in a histogram, and no counts
+    #[arg(long)]
+    pub(crate) share: bool,
     /// Column along x [default: the study's figure]
     #[arg(long)]
     pub(crate) x: Option<String>,

@@ -62,7 +62,15 @@ pub(crate) fn execute(
     runner::remove_bodies(&in_transit)
         .with_context(|| format!("cannot remove {}", in_transit.display()))?;
     let definition = study.definition();
-    if !matches!(store.study(study.name()), Ok(Some(stored)) if stored == definition) {
+    let stored = store.study(study.name());
+    if let (Ok(Some(stored)), Some(_)) = (&stored, study.sample())
+        && *stored != definition
+        && let Ok(former) = Study::from_large_definition(stored)
+    {
+        study.require_kept_points(&former)?;
+    }
+    study.sample_note().iter().for_each(|note| output::say(&format!("note: {note}")));
+    if !matches!(stored, Ok(Some(stored)) if stored == definition) {
         store.put_study(study.name(), &definition)?;
     }
     let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;

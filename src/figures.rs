@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 
 use answers::{FigureRows, Results};
 use anyhow::{Context, Result, anyhow, bail};
-use report::{DataTable, FigureError, FigureSpec, PlotFigure};
+use report::{DataTable, FigureError, FigureForm, FigureSpec, PlotFigure};
 use study::columns::{Role, along_path, find};
+use study::figure::FigureKind;
 use study::label::{label, quantity_name};
 use study::units::Dimension;
 use study::{Adaptive, RootSearch, Study};
 
+use crate::influence_figure;
 use crate::written_file::{check_own, write};
 
 /// The resolution of PNG files, in dots per inch.
@@ -67,6 +69,9 @@ pub(crate) fn pictured(
     figure: &study::Figure,
     filter: Option<&str>,
 ) -> Result<PicturedFigure> {
+    if figure.kind == FigureKind::Sensitivity {
+        return influence_pictured(results, figure, filter);
+    }
     let FigureRows { table, undrawn } = results.figure_rows(figure, filter)?;
     let missing = undrawn.words();
     let picture = match (picture(results.study(), &table, figure, missing.as_deref()), &missing) {
@@ -75,6 +80,25 @@ pub(crate) fn pictured(
         }
         (picture, _) => picture?,
     };
+    Ok(PicturedFigure { picture, table, missing })
+}
+
+/// Returns a study's figure of the influence of its keys.
+fn influence_pictured(
+    results: &Results,
+    figure: &study::Figure,
+    filter: Option<&str>,
+) -> Result<PicturedFigure> {
+    if filter.is_some() {
+        bail!("the influence of keys is of the whole design, and --where has no meaning for it");
+    }
+    let missing = results.undrawn(figure, None)?.words();
+    let picture = influence_figure::picture(results, figure, missing.as_deref());
+    let picture = match &missing {
+        Some(missing) => picture.with_context(|| missing.clone())?,
+        None => picture?,
+    };
+    let table = DataTable::new(Vec::new(), Vec::new())?;
     Ok(PicturedFigure { picture, table, missing })
 }
 
@@ -113,7 +137,18 @@ fn picture(
     let note = missing.into_iter().chain(level.map(|_| marks.to_owned()));
     let notes: Vec<String> = note.collect();
     let notes: Vec<&str> = notes.iter().map(String::as_str).collect();
+    let form = match figure.kind {
+        FigureKind::Curves => FigureForm::Curves,
+        FigureKind::Scatter => FigureForm::Scatter,
+        FigureKind::Histogram => {
+            let bins = figure.bins.map(|bins| bins as usize);
+            FigureForm::Histogram { bins, share: figure.share }
+        }
+        // Its columns are not those of points.
+        FigureKind::Sensitivity => return Err(FigureError::NoY),
+    };
     let spec = FigureSpec {
+        form,
         x: &figure.x,
         notes: &notes,
         y: &y,

@@ -21,6 +21,7 @@ mod figures;
 mod frozen_study;
 mod garbage;
 mod increments;
+mod influence_figure;
 mod job_list;
 mod labels;
 mod ledger;

@@ -122,7 +122,7 @@ pub(crate) fn json(
         said["warnings"] = serde_json::json!(doubts);
     }
     for AnswerTable { title, table } in tables_of(record)? {
-        said[title] = serde_json::from_str(&table.json())?;
+        said[title.as_ref()] = serde_json::from_str(&table.json())?;
     }
     if let Some(patches) = several_patches(&point, record, fields, surfaces)? {
         said["patches"] = serde_json::json!(patches);

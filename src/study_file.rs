@@ -25,6 +25,17 @@ pub(crate) struct StudyShard {
     pub(crate) partition: Option<String>,
 }
 
+impl StudyShard {
+    /// Returns a whole study as its only shard.
+    ///
+    /// # Errors
+    /// The study has more than one run takes.
+    pub(crate) fn whole(study: Study) -> Result<StudyShard> {
+        study.require_listed()?;
+        Ok(StudyShard { study, shard: Shard::WHOLE, partition: None })
+    }
+}
+
 /// Reads a study file, which may have more points than one run takes.
 pub(crate) fn read_large_study(path: &Path) -> Result<Study> {
     let text = read_text(path)?;

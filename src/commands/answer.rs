@@ -21,6 +21,14 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
     let labels = reader.labels()?.remove(&args.name).unwrap_or_default();
+    let about = match &args.column[..] {
+        [] => None,
+        columns => Some(results.about(columns)?),
+    };
+    let answers = match &about {
+        Some(about) => about,
+        None => results.answers()?,
+    };
     if args.json {
         let progress = results.progress();
         let study = results.study();
@@ -28,7 +36,7 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
             "study": study.name(),
             "question": study.question(),
             "progress": progress,
-            "answers": answers_json(results.answers()?)?,
+            "answers": answers_json(answers)?,
             "inaccurate": results.inaccurate(),
             "warnings": warning_words(&results),
         });
@@ -38,11 +46,11 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
     // A line end in it could make a line that looks like one of ours.
     let mut text = format!("{}\n", one_line(results.study().question()));
     labels::lines(&labels).iter().for_each(|line| text += &format!("{line}\n"));
-    if results.answers()?.is_empty() {
+    if answers.is_empty() {
         // The rows of the study are its answer.
         text += &format!("\n{}", results.usual_table()?.terminal(&layout()));
     } else {
-        text += &answers_words(results.answers()?);
+        text += &answers_words(answers);
     }
     let directory = &args.store.store;
     text += &incomplete(&results, directory);

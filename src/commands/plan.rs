@@ -1,6 +1,6 @@
 //! `plan`: the jobs that a study would run.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::HashSet;
 use std::ffi::OsStr;
 use std::io::IsTerminal;
 
@@ -9,13 +9,12 @@ use answers::effects::{EffectGroup, Overview};
 use answers::shards::{Partition, Shard, ShardLoad};
 use answers::{RecordMap, increments_of};
 use anyhow::{Result, bail};
-use contact::Forecast;
 use identity::JobKey;
 use indicatif::BinaryBytes;
 use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
 use store::{OpenError, StoreReader};
-use study::Study;
+use study::{MOST_POINTS, Study};
 
 use crate::cli::PlanArgs;
 use crate::effect_text::overview_words;
@@ -26,6 +25,11 @@ use crate::proposal;
 use crate::stored::{StoreSource, read_store};
 use crate::study_file::{StudyShard, read_large_study, read_shard};
 use crate::words::{count, duration};
+
+use tally::{MeshShare, PlanTally};
+
+mod stream;
+mod tally;
 
 /// The counts and predictions of a plan.
 #[derive(Serialize)]
@@ -48,10 +52,16 @@ struct Plan<'a> {
     predicted_seconds: f64,
     workers: usize,
     largest_job_bytes: u64,
+    /// The number of jobs whose effects these are, if it is not all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    effects_of: Option<usize>,
     effects: &'a [EffectGroup],
     /// The words about the files that the study names.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     files: Vec<String>,
+    /// The note about the number of points of a sample.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    note: Option<String>,
     /// The findings so far of a study that chooses points.
     #[serde(skip_serializing_if = "Option::is_none")]
     chosen: Option<serde_json::Value>,
@@ -62,13 +72,19 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     if let Some(shards) = args.shards {
         return plan_shards(&read_large_study(&args.study)?, shards, args.json);
     }
-    let StudyShard { study, shard, .. } = read_shard(&args.study, args.shard)?;
-    let mut jobs = JobList::of(&study)?;
-    let reader = match read_store(&args.store.store) {
-        Ok(reader) => Some(reader),
-        Err(OpenError::Missing { .. }) => None,
-        Err(error) => bail!(error),
+    let whole = match args.shard {
+        Some(_) => None,
+        None => Some(read_large_study(&args.study)?),
     };
+    if let Some(study) = whole.as_ref().filter(|study| !study.is_listed()) {
+        return plan_streamed(args, study);
+    }
+    let StudyShard { study, shard, .. } = match whole {
+        Some(study) => StudyShard::whole(study)?,
+        None => read_shard(&args.study, args.shard)?,
+    };
+    let mut jobs = JobList::of(&study)?;
+    let reader = opened(args)?;
     let (mut found, mut more) = (None, None);
     if study.adaptive().is_some() {
         let PointChoice { points, findings, more: bound } = choice_so_far(&study, reader.as_ref())?;
@@ -80,8 +96,13 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     let cached = cached_keys(&jobs, reader.as_ref())?;
     jobs.bind(&study, |key| cached.contains(key))?;
     let is_left = |job: &&DistinctJob| !cached.contains(&jobs.points[job.point].key);
-    let left: Vec<&DistinctJob> = jobs.distinct.iter().filter(is_left).collect();
-    let mut plan = Plan::of(&study, &jobs, &left, &overview, found.as_ref())?;
+    let mut tally =
+        PlanTally { points: jobs.points.len(), jobs: jobs.distinct.len(), ..PlanTally::default() };
+    for job in jobs.distinct.iter().filter(is_left) {
+        tally.add(&job.forecast, increments_of(&jobs.points[job.point].job));
+    }
+    let mut plan = Plan::of(&study, &tally, &overview, file_lines(&study, &jobs));
+    plan.chosen = found.as_ref().map(|table| serde_json::from_str(&table.json())).transpose()?;
     plan.more_at_most = more;
     plan.shard = args.shard.map(|_| shard.to_string());
     if args.json {
@@ -90,21 +111,66 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     let mut text = plan.counts();
     if plan.to_run > 0 {
         text += &plan.predictions();
-        text += &meshes(&left);
+        text += &meshes(&tally);
     }
     if let Some(table) = found {
         text += &plan.following(&jobs);
         text += &format!("\nfound so far\n{}", table.terminal(&layout()));
     }
     text += &format!("\n{}", overview_words(&overview));
-    if std::io::stdout().is_terminal() && plan.to_run > 0 {
-        let file = wording::file_argument(&args.study);
-        let mut run = vec![OsStr::new("run"), &file];
-        let part = plan.shard.as_ref();
-        run.extend(part.into_iter().flat_map(|shard| ["--shard".as_ref(), OsStr::new(shard)]));
-        text += &format!("run it with: {}\n", proposal::command(&args.store.store, run));
-    }
+    text += &proposed(args, &plan);
     output::print(&text)
+}
+
+/// Opens the store of a plan; there may be none.
+fn opened(args: &PlanArgs) -> Result<Option<StoreReader>> {
+    match read_store(&args.store.store) {
+        Ok(reader) => Ok(Some(reader)),
+        Err(OpenError::Missing { .. }) => Ok(None),
+        Err(error) => bail!(error),
+    }
+}
+
+/// Says what the jobs of a study take that has too many points to list them. Its effects are those
+/// of some points.
+fn plan_streamed(args: &PlanArgs, study: &Study) -> Result<Finish> {
+    let tried = JobList::of_points(study, stream::spread(study))?;
+    choice::check(study)?;
+    answers::check(study, &tried.points)?;
+    tried.bind(study, |_| false)?;
+    let tally = stream::tally(study, opened(args)?.as_ref())?;
+    let overview = tried.effects(study)?;
+    let mut plan = Plan::of(study, &tally, &overview, file_lines(study, &tried));
+    plan.effects_of = Some(tried.distinct.len());
+    if args.json {
+        return output::print_json(&plan);
+    }
+    let mut text = plan.counts();
+    if plan.to_run > 0 {
+        text += &plan.predictions();
+        text += &meshes(&tally);
+    }
+    if study.adaptive().is_some() {
+        text += "more follow, as the results demand\n";
+    }
+    let tried = count(tried.distinct.len(), "job that was", "jobs that were");
+    text += &format!("\nof the effects, by {tried} looked at\n{}", overview_words(&overview));
+    text += &proposed(args, &plan);
+    output::print(&text)
+}
+
+/// Says on a terminal how the study is run; nothing if there is nothing to run.
+fn proposed(args: &PlanArgs, plan: &Plan<'_>) -> String {
+    if !std::io::stdout().is_terminal() || plan.to_run == 0 {
+        return String::new();
+    }
+    let file = wording::file_argument(&args.study);
+    let shards = plan.points.div_ceil(MOST_POINTS);
+    let part = plan.shard.clone().or((shards > 1).then(|| format!("1/{shards}")));
+    let mut run = vec![OsStr::new("run"), &file];
+    run.extend(part.iter().flat_map(|shard| ["--shard".as_ref(), OsStr::new(shard)]));
+    let all = if plan.shard.is_none() && shards > 1 { ", and its other shards" } else { "" };
+    format!("run it with: {}{all}\n", proposal::command(&args.store.store, run))
 }
 
 /// Says how many points are in how many shards.
@@ -206,39 +272,30 @@ fn cached_keys(jobs: &JobList, reader: Option<&StoreReader>) -> Result<HashSet<J
 }
 
 impl<'a> Plan<'a> {
-    fn of(
-        study: &'a Study,
-        jobs: &JobList,
-        left: &[&DistinctJob],
-        overview: &'a Overview,
-        found: Option<&DataTable>,
-    ) -> Result<Self> {
-        let forecasts = || left.iter().map(|job| &job.forecast);
-        let seconds: f64 = forecasts().map(|forecast| forecast.seconds).sum();
-        let longest = forecasts().map(|forecast| forecast.seconds).fold(0.0, f64::max);
+    fn of(study: &'a Study, tally: &PlanTally, overview: &'a Overview, files: Vec<String>) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let workers = workers(study, cores, left.len());
-        let operators: BTreeSet<u64> = forecasts().map(|forecast| forecast.operator).collect();
-        let increments = left.iter().map(|job| increments_of(&jobs.points[job.point].job));
-        Ok(Plan {
+        let workers = workers(study, cores, tally.to_run);
+        Plan {
             study: study.name(),
             question: study.question(),
             shard: None,
-            points: jobs.points.len(),
-            jobs: jobs.distinct.len(),
-            cached: jobs.distinct.len() - left.len(),
-            to_run: left.len(),
+            points: tally.points,
+            jobs: tally.jobs,
+            cached: tally.jobs - tally.to_run,
+            to_run: tally.to_run,
             more_at_most: None,
-            increments: increments.sum(),
-            operators: operators.len(),
-            predicted_worker_seconds: seconds,
-            predicted_seconds: longest.max(seconds / workers as f64),
+            increments: tally.increments,
+            operators: tally.operators.len(),
+            predicted_worker_seconds: tally.seconds,
+            predicted_seconds: tally.longest.max(tally.seconds / workers as f64),
             workers,
-            largest_job_bytes: forecasts().map(|forecast| forecast.memory).max().unwrap_or(0),
+            largest_job_bytes: tally.largest,
+            effects_of: None,
             effects: &overview.groups,
-            files: file_lines(study, jobs),
-            chosen: found.map(|table| serde_json::from_str(&table.json())).transpose()?,
-        })
+            files,
+            note: study.sample_note(),
+            chosen: None,
+        }
     }
 
     /// Returns the question and the numbers of points and jobs.
@@ -262,6 +319,7 @@ impl<'a> Plan<'a> {
             text += &format!(" with {} increments", self.increments);
         }
         text += "\n";
+        text += &self.note.iter().map(|note| format!("note: {note}\n")).collect::<String>();
         text + &self.files.iter().map(|line| format!("{line}\n")).collect::<String>()
     }
 
@@ -314,27 +372,14 @@ fn file_lines(study: &Study, jobs: &JobList) -> Vec<String> {
     lines
 }
 
-/// The jobs on meshes of the same size.
-#[derive(Default)]
-struct MeshShare {
-    jobs: usize,
-    seconds: f64,
-}
-
 /// Returns a line for each size of mesh.
-fn meshes(left: &[&DistinctJob]) -> String {
-    let mut by_mesh: BTreeMap<[usize; 2], MeshShare> = BTreeMap::new();
-    for Forecast { elements, seconds, .. } in left.iter().map(|job| &job.forecast) {
-        let share = by_mesh.entry(*elements).or_default();
-        share.jobs += 1;
-        share.seconds += seconds;
-    }
-    let line = |([nx, ny], MeshShare { jobs, seconds }): ([usize; 2], MeshShare)| {
+fn meshes(tally: &PlanTally) -> String {
+    let line = |([nx, ny], MeshShare { jobs, seconds }): (&[usize; 2], &MeshShare)| {
         format!(
             "  {nx} x {ny} elements: {}, {} of work\n",
-            count(jobs, "job", "jobs"),
-            duration(seconds)
+            count(*jobs, "job", "jobs"),
+            duration(*seconds)
         )
     };
-    by_mesh.into_iter().map(line).collect()
+    tally.meshes.iter().map(line).collect()
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use answers::Results;
 use anyhow::{Result, bail};
+use study::figure::FigureKind;
 
 use crate::cli::PlotArgs;
 use crate::figures::{draw, nothing_varies, own_files};
@@ -63,7 +64,14 @@ fn chosen(args: &PlotArgs, results: &Results<'_>) -> Result<Vec<study::Figure>> 
     let study = results.study();
     let figures = named_figures(args, results.figures()?)?;
     let PlotArgs { x, y, series, panels, steps, log_x, log_y, .. } = args;
+    let kind = FigureKind::ALL.into_iter().find(|kind| args.kind.as_deref() == Some(kind.name()));
+    let is_counted = kind == Some(FigureKind::Histogram) || args.bins.is_some() || args.share;
+    if is_counted && !y.is_empty() {
+        bail!("a histogram counts the points along --x and has no --y");
+    }
     let is_unchanged = x.is_none()
+        && kind.is_none()
+        && !is_counted
         && y.is_empty()
         && series.is_none()
         && panels.is_none()
@@ -74,7 +82,9 @@ fn chosen(args: &PlotArgs, results: &Results<'_>) -> Result<Vec<study::Figure>> 
     let has_other_columns = x.is_some() || !y.is_empty();
     let mut figure = match (figures.into_iter().next(), x, y.is_empty()) {
         (Some(figure), ..) => figure,
-        (None, Some(x), false) => study::Figure::new(x.clone(), y.clone()),
+        (None, Some(x), is_empty) if !is_empty || is_counted => {
+            study::Figure::new(x.clone(), y.clone())
+        }
         _ => {
             let why = match study.suggestions() {
                 [] => "the study suggests no figure".to_owned(),
@@ -86,9 +96,41 @@ fn chosen(args: &PlotArgs, results: &Results<'_>) -> Result<Vec<study::Figure>> 
             )
         }
     };
+    if is_counted {
+        (figure.kind, figure.band, figure.front, figure.fit) =
+            (FigureKind::Histogram, None, false, false);
+        (figure.y, figure.names, figure.log_y) = (Vec::new(), None, false);
+        (figure.bins, figure.share) = (args.bins.or(figure.bins), figure.share || args.share);
+    } else if let Some(kind) = kind {
+        figure.kind = kind;
+    } else if has_other_columns
+        && !*steps
+        && (!y.is_empty() || figure.kind != FigureKind::Histogram)
+        && (x.is_some() || figure.kind != FigureKind::Sensitivity)
+    {
+        figure.kind = FigureKind::usual(study.groups());
+    }
+    if *steps {
+        figure.kind = FigureKind::Curves;
+    }
+    if figure.kind != FigureKind::Histogram
+        && figure.y.is_empty()
+        && figure.band.is_none()
+        && y.is_empty()
+    {
+        bail!("the study's figure is a histogram; name columns for another one with --y");
+    }
     if let Some(x) = x {
         // A figure over another abscissa is another figure.
         (figure.x, figure.steps) = (x.clone(), false);
+    }
+    if figure.kind == FigureKind::Sensitivity
+        && (series.is_some() || panels.is_some() || *steps || *log_x || *log_y)
+    {
+        bail!(
+            "the figure shows the influence of keys on results, which --y names; --series, --panels, \
+             --steps, --log-x and --log-y are of figures of points, whose abscissa --x names"
+        );
     }
     if !y.is_empty() {
         figure.y.clone_from(y);

@@ -17,6 +17,8 @@ mod refused;
 mod report;
 mod research_object;
 mod said;
+mod samples;
+mod sensitivity;
 mod shards;
 mod store;
 mod submit;

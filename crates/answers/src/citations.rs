@@ -7,6 +7,7 @@ use contact::model::{Effect, Method, Numerics, Shape};
 use contact::problem::Effects;
 use contact::punch::Surfaces;
 use rayon::prelude::*;
+use study::kind::sensitivity::SensitivityMethod;
 use study::{Adaptive, Case, Job, Kind, Study, StudyPoint};
 
 use crate::effects::effects;
@@ -47,6 +48,9 @@ pub fn used_subjects(
         _ => None,
     };
     counts.extend(of_choice.map(|subject| (subject, jobs.len())));
+    for subject in of_sample(study) {
+        counts.insert(subject, jobs.len());
+    }
     let used = |subject: CitedSubject| {
         let jobs = *counts.get(&subject)?;
         Some(UsedSubject { subject, jobs })
@@ -58,6 +62,18 @@ pub fn used_subjects(
 fn uses_ladder(study: &Study) -> bool {
     matches!(study.kind(), Kind::Convergence | Kind::Cost)
         || matches!(study.adaptive(), Some(Adaptive::Accuracy(_)))
+}
+
+/// Returns the subjects that say something of the points of a sample.
+fn of_sample(study: &Study) -> Vec<CitedSubject> {
+    let of_method = match study.sensitivity() {
+        Some(SensitivityMethod::Sobol(_)) => Some(CitedSubject::SobolIndices),
+        Some(SensitivityMethod::Morris) => Some(CitedSubject::ElementaryEffects),
+        None => None,
+    };
+    let compares = matches!(study.kind(), Kind::Convergence | Kind::Cost);
+    let intervals = study.sample().filter(|_| !compares).map(|_| CitedSubject::Bootstrap);
+    intervals.into_iter().chain(of_method).collect()
 }
 
 /// Returns the subjects that a job uses, each once.
@@ -132,6 +148,9 @@ mod tests {
         assert!(
             used(&format!("{axis}[fill]\n{fill}")).contains(&("filling of curves and maps", 2))
         );
+        let sample = "[sample]\nmethod = \"random\"\ncount = 3\n[sample.keys]\nfriction.mu = { from = 0.1, to = 0.4 }\n";
+        assert!(used(sample).contains(&("intervals of samples", 3)));
+        assert!(!used("").iter().any(|(title, _)| *title == "intervals of samples"));
         let seidel = used("method = \"seidel\"\n");
         assert!(seidel.contains(&("seidel", 1)), "{seidel:?}");
         assert!(!seidel.iter().any(|(title, _)| ["newton", "mirror planes"].contains(title)));

@@ -1,5 +1,7 @@
 //! The comparison of the points of a study.
 
+use std::borrow::Cow;
+
 use report::DataTable;
 use study::columns::Compared;
 
@@ -16,7 +18,7 @@ pub(crate) struct Comparison {
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnswerTable {
     /// The title.
-    pub title: &'static str,
+    pub title: Cow<'static, str>,
     /// The rows; a table of one cell is a sentence.
     pub table: DataTable,
 }

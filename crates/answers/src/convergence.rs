@@ -50,9 +50,9 @@ pub(crate) fn compare(evidence: &Evidence<'_>, ladder: &Ladder) -> Result<Compar
         compared_ladders.extend(rungs);
     }
     let orders = orders::table(study, ladder, &compared_ladders, &comparison.compared)?;
-    comparison.answers.push(AnswerTable { title: "orders", table: orders });
+    comparison.answers.push(AnswerTable { title: "orders".into(), table: orders });
     if let Some(limits) = limits::table(study, ladder, &compared_ladders)? {
-        comparison.answers.push(AnswerTable { title: "limits", table: limits });
+        comparison.answers.push(AnswerTable { title: "limits".into(), table: limits });
     }
     Ok(comparison)
 }

@@ -149,7 +149,10 @@ impl CostTables {
         let table = |title: &'static str, heads: &[(&str, &str)], rows: Vec<Vec<Cell>>| {
             let heads = heads.iter().map(|(name, unit)| TableColumn::new(*name, *unit));
             let heads = self.place.heads(study).into_iter().chain(heads).collect();
-            Ok::<_, AnswerError>(AnswerTable { title, table: DataTable::new(heads, rows)? })
+            Ok::<_, AnswerError>(AnswerTable {
+                title: title.into(),
+                table: DataTable::new(heads, rows)?,
+            })
         };
         let front = [
             ("error up to", ""),

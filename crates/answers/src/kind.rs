@@ -10,6 +10,7 @@
 mod convergence;
 mod cost;
 mod multiplicity;
+mod sensitivity;
 mod size;
 mod solve;
 mod spec;
@@ -35,6 +36,7 @@ pub(crate) fn answers_of(kind: Kind) -> &'static KindAnswers {
         Kind::Convergence => &convergence::ANSWERS,
         Kind::Cost => &cost::ANSWERS,
         Kind::Multiplicity => &multiplicity::ANSWERS,
+        Kind::Sensitivity => &sensitivity::ANSWERS,
         Kind::Uniqueness => &uniqueness::ANSWERS,
     }
 }

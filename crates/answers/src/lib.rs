@@ -9,6 +9,8 @@
 //! - [`records`](Records), [`Accounts`], places, [`rows`] and comparisons are what everything else
 //!   is made of.
 //! - [`choice`] finds the points that a study wants next, by the results that it has.
+//! - `statistics` and `sensitivity` are about numbers alone; `described` says what the points of a
+//!   sample say of a column, `influence` how much each key moves it.
 //! - `convergence` compares the rungs of a ladder with their limit, `cost` holds their errors
 //!   against their times.
 //! - [`effects`] tells which effects jobs call for, and what leaving out the others saves;
@@ -28,10 +30,12 @@ mod citations;
 mod comparison;
 mod convergence;
 mod cost;
+mod described;
 mod difference;
 pub mod effects;
 mod error;
 mod evidence;
+mod influence;
 mod kind;
 pub mod patches;
 mod path;
@@ -41,8 +45,10 @@ mod records;
 mod results;
 pub mod rows;
 mod selection;
+mod sensitivity;
 pub mod shards;
 mod solutions;
+mod statistics;
 #[cfg(test)]
 mod testing;
 mod undrawn;

@@ -3,10 +3,11 @@
 use std::cell::OnceCell;
 use std::collections::HashSet;
 
-use report::{Cell, DataTable, TableColumn};
+use report::{Cell, DataTable, TableColumn, TableError};
 use serde::Serialize;
-use study::columns::{Compared, Role, Row, along_path};
-use study::{Adaptive, Figure, Kind, Record, Standing, Study, StudyPoint};
+use study::columns::{Compared, Role, Row, along_path, find};
+use study::figure::FigureKind;
+use study::{Adaptive, Column, Figure, Kind, Record, Standing, Study, StudyPoint};
 
 use crate::accounts::{Accounts, ComputingRun};
 use crate::choice::{self, Discovery, Finding, Gathered, PointChoice, gather};
@@ -164,7 +165,7 @@ impl<'r> Results<'r> {
         };
         let all: Vec<&StudyPoint> = self.points.iter().collect();
         let mut warnings = of_elements(&of(&all), Subject::Points);
-        if self.study.kind() != Kind::Solve {
+        if !matches!(self.study.kind(), Kind::Solve | Kind::Sensitivity) {
             return warnings;
         }
         // Coarser meshes of a scene are steps on the way to the last.
@@ -200,6 +201,89 @@ impl<'r> Results<'r> {
     /// The fields of a record that is compared cannot be read.
     pub fn answers(&self) -> Result<&[AnswerTable], AnswerError> {
         Ok(&self.comparison()?.answers)
+    }
+
+    /// Returns what the points of a sample say of some columns, by name.
+    ///
+    /// # Errors
+    /// The study has no sample, or compares its points in another way; or there is no such column
+    /// of numbers.
+    pub fn about<S: AsRef<str>>(&self, names: &[S]) -> Result<Vec<AnswerTable>, AnswerError> {
+        let kind = answers_of(self.study.kind());
+        let about = kind.about.filter(|_| self.study.sample().is_some()).ok_or_else(|| {
+            AnswerError::Refused(format!(
+                "columns are described by the points of a sample, and the study `{}` {}",
+                self.study.name(),
+                match self.study.sample() {
+                    None => "has no [sample]",
+                    Some(_) => "compares its points in another way",
+                }
+            ))
+        })?;
+        let all = self.study.columns();
+        let table = DataTable::new(heads(&all), Vec::new())?;
+        let mut columns = Vec::new();
+        for name in names {
+            let column = &all[table.column(name.as_ref()).map_err(TableError::from)?];
+            if !column.is_numeric() || column.unknown_in_choosing().is_some() {
+                let message = format!("`{}` must be a number that each job leaves", column.name);
+                return Err(AnswerError::Refused(message));
+            }
+            columns.push(column.clone());
+        }
+        about(&self.evidence(), &columns)
+    }
+
+    /// Returns the influence of each key on the results of a figure that shows it: the name of each
+    /// result with its table.
+    ///
+    /// # Errors
+    /// The study is none of sensitivity, or there is no such column of numbers.
+    pub fn influence(&self, figure: &Figure) -> Result<Vec<(String, DataTable)>, AnswerError> {
+        let title = |name: &String| format!("sensitivity of {name}");
+        let mut tables = Vec::new();
+        for name in &figure.y {
+            let is_table = |answer: &&AnswerTable| answer.title == title(name);
+            let known = self.answers()?.iter().find(is_table).cloned();
+            let found = match known {
+                Some(known) => Some(known),
+                None => self.about(&[name])?.iter().find(is_table).cloned(),
+            };
+            tables.extend(found.map(|answer| (name.clone(), answer.table)));
+        }
+        Ok(tables)
+    }
+
+    /// Returns the columns that the study of a sample is about: results of its figures, else the
+    /// usual ones.
+    fn columns_of_interest(&self) -> Result<Vec<Column>, AnswerError> {
+        let all = self.study.columns();
+        let named = |names: Vec<String>| -> Vec<Column> {
+            let columns = names.iter().filter_map(|name| find(&all, name).cloned());
+            columns.filter(Column::is_numeric).collect()
+        };
+        if self.study.sensitivity().is_some() {
+            return Ok(named(self.study.results_of_interest()));
+        }
+        let of_figures =
+            self.figures()?.iter().flat_map(|figure| figure.y.iter().chain([&figure.x]));
+        let mut columns: Vec<Column> = Vec::new();
+        for column in named(of_figures.cloned().collect()) {
+            let is_known = columns.iter().any(|known| known.name == column.name);
+            if column.role == Role::Observable && !is_known {
+                columns.push(column);
+            }
+        }
+        if columns.is_empty() {
+            let usual = self.study.kind().usual_columns().iter();
+            columns = named(usual.map(|name| (*name).to_owned()).collect());
+        }
+        Ok(columns)
+    }
+
+    fn evidence(&self) -> Evidence<'_> {
+        let Self { study, points, records, source, .. } = self;
+        Evidence { study, points, records, source: *source }
     }
 
     /// Compares the points, or does without a comparison if it cannot be made, and returns why:
@@ -262,6 +346,12 @@ impl<'r> Results<'r> {
         }
         let figures = match self.study.suggestions() {
             [] => self.study.figures().to_vec(),
+            // What moves nothing is an answer as well.
+            suggestions
+                if suggestions.iter().all(|figure| figure.kind == FigureKind::Sensitivity) =>
+            {
+                suggestions.to_vec()
+            }
             suggestions => self.varying(suggestions)?.into_iter().collect(),
         };
         Ok(self.figures.get_or_init(|| figures))
@@ -270,11 +360,8 @@ impl<'r> Results<'r> {
     /// Returns the first of some figures that shows something that varies, without columns that do
     /// not; the first of all as long as no curve has two points.
     fn varying(&self, suggestions: &[Figure]) -> Result<Option<Figure>, AnswerError> {
-        let mentions: Vec<&str> = suggestions
-            .iter()
-            .flat_map(|figure| figure.y.iter().chain(figure.band.iter().flatten()))
-            .map(String::as_str)
-            .collect();
+        let mentions: Vec<&str> =
+            suggestions.iter().flat_map(Figure::shown).map(String::as_str).collect();
         let table = self.table(&mentions)?.filter(IS_CERTIFIED)?;
         let noise = noise(&self.points);
         let mut is_known = false;
@@ -300,25 +387,28 @@ impl<'r> Results<'r> {
         filter: Option<&str>,
     ) -> Result<FigureRows, AnswerError> {
         let undrawn = self.undrawn(figure, filter)?;
-        let Figure { x, y, series, panels, band, names, .. } = figure;
-        let drawn = y.iter().chain(band.iter().flatten());
+        let Figure { x, series, panels, names, .. } = figure;
+        let drawn = || figure.shown();
         let table = if figure.steps {
             self.increments()?.filter(IS_CERTIFIED)?
         } else {
             let columns = [x].into_iter().chain(series).chain(panels).chain(names);
-            let columns = columns.chain(drawn.clone()).map(String::as_str);
+            let columns = columns.chain(drawn()).map(String::as_str);
             self.table(&columns.chain(filter).collect::<Vec<_>>())?
         };
         let table = match filter {
             Some(expression) => table.filter(expression)?,
             None => table,
         };
-        Ok(FigureRows { table: only_certified(&table, drawn)?, undrawn })
+        Ok(FigureRows { table: only_certified(&table, drawn())?, undrawn })
     }
 
     /// Counts the points without a certified result that a figure of the rows for which `filter`
     /// holds would show. Where the filter asks for a result, it may hold.
-    fn undrawn(&self, figure: &Figure, filter: Option<&str>) -> Result<Undrawn, AnswerError> {
+    ///
+    /// # Errors
+    /// The filter cannot be evaluated.
+    pub fn undrawn(&self, figure: &Figure, filter: Option<&str>) -> Result<Undrawn, AnswerError> {
         let Some(expression) = filter else {
             let Progress { points, failed, left, .. } = self.progress();
             return Ok(Undrawn { points, failed, left, steps: figure.steps });
@@ -352,7 +442,8 @@ impl<'r> Results<'r> {
         let figures = self.figures()?.iter().filter(|figure| steps || !figure.steps);
         let of_figures: Vec<String> = figures
             .flat_map(|figure| {
-                [&figure.x].into_iter().chain(&figure.y).chain(figure.band.iter().flatten())
+                let x = Some(&figure.x).filter(|x| !x.is_empty());
+                x.into_iter().chain(&figure.y).chain(figure.band.iter().flatten())
             })
             .cloned()
             .collect();
@@ -392,18 +483,21 @@ impl<'r> Results<'r> {
         );
         let heads = vec![TableColumn::new("answer", "")];
         let table = DataTable::new(heads, vec![vec![Cell::Text(sentence)]])?;
-        Ok(Some(AnswerTable { title: "missing", table }))
+        Ok(Some(AnswerTable { title: "missing".into(), table }))
     }
 
     fn compare(&self) -> Result<Comparison, AnswerError> {
-        let Self { study, points, records, findings, source, .. } = self;
+        let Self { study, findings, .. } = self;
         let kind = answers_of(study.kind());
-        let evidence = Evidence { study, points, records, source: *source };
+        let evidence = self.evidence();
         let mut comparison = (kind.compare)(&evidence)?;
+        if let (Some(about), Some(_)) = (kind.about, study.sample()) {
+            comparison.answers.extend(about(&evidence, &self.columns_of_interest()?)?);
+        }
         comparison.answers.extend(self.missing(&comparison)?);
         if kind.tells_choice && !findings.is_empty() {
             let table = choice::table(study, findings)?;
-            comparison.answers.insert(0, AnswerTable { title: "found", table });
+            comparison.answers.insert(0, AnswerTable { title: "found".into(), table });
         }
         Ok(comparison)
     }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use report::{Cell, DataTable, TableError};
+use study::figure::FigureKind;
 use study::{Figure, StudyPoint};
 
 use crate::error::AnswerError;
@@ -57,6 +58,9 @@ pub(crate) fn variation(
 ) -> Result<Variation, AnswerError> {
     let index = |name: &String| table.column(name).map_err(TableError::from);
     let x = index(&figure.x)?;
+    if figure.kind == FigureKind::Histogram {
+        return Ok(spread(table, figure, x, noise));
+    }
     let apart = figure.series.iter().chain(&figure.panels);
     let apart = apart.map(index).collect::<Result<Vec<usize>, _>>()?;
     let mut curves: HashMap<Vec<CellIdentity<'_>>, Vec<&[Cell]>> = HashMap::new();
@@ -95,6 +99,21 @@ pub(crate) fn variation(
     }
     let band = figure.band.clone().filter(|_| has_band);
     Ok(Variation::Varies(Box::new(Figure { y: shown, band, ..figure.clone() })))
+}
+
+/// Looks for variation among the values that a histogram counts, which are those of column `x`.
+fn spread(table: &DataTable, figure: &Figure, x: usize, noise: f64) -> Variation {
+    let values = table.rows().iter().filter_map(|row| row[x].number()).filter(|x| x.is_finite());
+    let values: Vec<f64> = values.collect();
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    match values.len() {
+        0 | 1 => Variation::Unknown,
+        _ if most - least > noise * least.abs().max(most.abs()) => {
+            Variation::Varies(Box::new(figure.clone()))
+        }
+        _ => Variation::Constant,
+    }
 }
 
 #[cfg(test)]

@@ -15,3 +15,4 @@ pub(crate) mod parallel;
 pub(crate) mod random;
 
 pub use cancellation::Cancellation;
+pub use random::SplitMix64;

@@ -75,7 +75,7 @@ pub mod solver;
 pub mod theory;
 pub mod uniqueness;
 
-pub use common::Cancellation;
+pub use common::{Cancellation, SplitMix64};
 pub use forecast::{Forecast, forecast, forecast_bracket, forecast_search};
 pub use path::{
     FrictionProblem, FrictionProblemError, SolvedIncrement, Watch, solve, solve_watched,

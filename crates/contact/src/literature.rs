@@ -69,6 +69,12 @@ pub enum CitedSubject {
     Roots,
     /// The points that are added where a curve or a map bends.
     Filling,
+    /// Intervals of what the points of a sample say.
+    Bootstrap,
+    /// The shares of the variance that keys make.
+    SobolIndices,
+    /// The elementary effects of keys.
+    ElementaryEffects,
 }
 
 impl CitedSubject {
@@ -85,6 +91,9 @@ impl CitedSubject {
             CitedSubject::Uniqueness,
             CitedSubject::Roots,
             CitedSubject::Filling,
+            CitedSubject::Bootstrap,
+            CitedSubject::SobolIndices,
+            CitedSubject::ElementaryEffects,
         ];
         [&before[..], &effects, &after].concat()
     }
@@ -104,6 +113,9 @@ impl CitedSubject {
             CitedSubject::Uniqueness => "uniqueness",
             CitedSubject::Roots => "finding roots",
             CitedSubject::Filling => "filling of curves and maps",
+            CitedSubject::Bootstrap => "intervals of samples",
+            CitedSubject::SobolIndices => "sobol indices",
+            CitedSubject::ElementaryEffects => "elementary effects",
         }
     }
 }
@@ -164,6 +176,9 @@ pub fn sources(subject: CitedSubject) -> Sources {
             works: &[&NIJHOLT, &BABUSKA],
             derived: "halved cells in place of triangles, and their estimated deviation",
         },
+        CitedSubject::Bootstrap => works(&[&EFRON]),
+        CitedSubject::SobolIndices => works(&[&SOBOL, &SALTELLI, &JANSEN]),
+        CitedSubject::ElementaryEffects => works(&[&MORRIS, &CAMPOLONGO]),
     }
 }
 
@@ -435,6 +450,87 @@ const BABUSKA: CitedWork = CitedWork {
     pages: "75–102",
     year: Some(1984),
     doi: Some("10.1007/BF01389757"),
+};
+
+const EFRON: CitedWork = CitedWork {
+    key: "efron1979",
+    form: WorkForm::Article,
+    authors: &["Efron, B."],
+    title: "Bootstrap methods: another look at the jackknife",
+    published_in: "The Annals of Statistics",
+    volume: "7",
+    pages: "1–26",
+    year: Some(1979),
+    doi: Some("10.1214/aos/1176344552"),
+};
+
+const SOBOL: CitedWork = CitedWork {
+    key: "sobol2001",
+    form: WorkForm::Article,
+    authors: &["Sobol', I. M."],
+    title: "Global sensitivity indices for nonlinear mathematical models and their Monte Carlo \
+            estimates",
+    published_in: "Mathematics and Computers in Simulation",
+    volume: "55",
+    pages: "271–280",
+    year: Some(2001),
+    doi: Some("10.1016/S0378-4754(00)00270-6"),
+};
+
+const SALTELLI: CitedWork = CitedWork {
+    key: "saltelli2010",
+    form: WorkForm::Article,
+    authors: &[
+        "Saltelli, A.",
+        "Annoni, P.",
+        "Azzini, I.",
+        "Campolongo, F.",
+        "Ratto, M.",
+        "Tarantola, S.",
+    ],
+    title: "Variance based sensitivity analysis of model output. Design and estimator for the \
+            total sensitivity index",
+    published_in: "Computer Physics Communications",
+    volume: "181",
+    pages: "259–270",
+    year: Some(2010),
+    doi: Some("10.1016/j.cpc.2009.09.018"),
+};
+
+const JANSEN: CitedWork = CitedWork {
+    key: "jansen1999",
+    form: WorkForm::Article,
+    authors: &["Jansen, M. J. W."],
+    title: "Analysis of variance designs for model output",
+    published_in: "Computer Physics Communications",
+    volume: "117",
+    pages: "35–43",
+    year: Some(1999),
+    doi: Some("10.1016/S0010-4655(98)00154-4"),
+};
+
+const MORRIS: CitedWork = CitedWork {
+    key: "morris1991",
+    form: WorkForm::Article,
+    authors: &["Morris, M. D."],
+    title: "Factorial sampling plans for preliminary computational experiments",
+    published_in: "Technometrics",
+    volume: "33",
+    pages: "161–174",
+    year: Some(1991),
+    doi: Some("10.1080/00401706.1991.10484804"),
+};
+
+const CAMPOLONGO: CitedWork = CitedWork {
+    key: "campolongo2007",
+    form: WorkForm::Article,
+    authors: &["Campolongo, F.", "Cariboni, J.", "Saltelli, A."],
+    title: "An effective screening design for sensitivity analysis of large models",
+    published_in: "Environmental Modelling & Software",
+    volume: "22",
+    pages: "1509–1518",
+    year: Some(2007),
+    doi: Some("10.1016/j.envsoft.2006.10.004"),
 };
 
 #[cfg(test)]

@@ -61,8 +61,8 @@ pub use page::{
 };
 pub use pareto::{NoisyPoint, pareto_front, pareto_front_within};
 pub use plot::{
-    BandPoint, FigureError, FigureSketch, FigureSpec, FigureSpot, PlotAxis, PlotBand, PlotFigure,
-    PlotPanel, Series, SketchAxis, Style,
+    BandPoint, BarColumns, BarsSpec, FigureError, FigureForm, FigureSketch, FigureSpec, FigureSpot,
+    PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, SketchAxis, Style,
 };
 pub use png::{PngError, png};
 pub use table::{

@@ -40,6 +40,16 @@ impl Look {
         }
     }
 
+    /// Returns a small dot at a point in pixels, through which others can be seen.
+    pub(crate) fn dot(&self, x: f64, y: f64) -> String {
+        format!(
+            "<circle cx=\"{}\" cy=\"{}\" r=\"1.4\" fill=\"{}\" fill-opacity=\"0.6\"/>",
+            n(x),
+            n(y),
+            self.color
+        )
+    }
+
     /// Returns the marker at a point in pixels, about seven pixels across.
     pub(crate) fn marker(&self, x: f64, y: f64) -> String {
         // Shapes that would otherwise look alike when small are white inside an outline.

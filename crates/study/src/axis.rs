@@ -28,13 +28,20 @@
 //! therefore holds 0.3 and not 0.30000000000000004, and shares its results with a list that says
 //! 0.3. No axis by itself names a value twice. Of axes that advance together, no
 //! two steps are the same.
+//!
+//! The axes of `[sample]` (see [`sample`](crate::sample)) advance together as well, but no text
+//! lists their values: each step is a point of a [`Design`], and an axis turns a coordinate of it
+//! into a value by its [`Distribution`].
 
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-use crate::error::Span;
+use crate::design::Design;
+use crate::distribution::Distribution;
+use crate::error::{Mistake, Span};
 use crate::key::{Key, Table};
 use crate::sheet::{Given, Setting, Sheet};
+use crate::units::Compact;
 use crate::value::Value;
 
 /// The largest number of points of one study, and of the values of all its axes. A plan takes 3 kB
@@ -57,7 +64,10 @@ pub(crate) const MAX_AXES: usize = 1000;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepAxis {
     pub(crate) target: Target,
+    /// Its values; for an axis of a sample those of a discrete distribution.
     pub(crate) choices: Vec<Choice>,
+    /// The distribution from which a sample draws its values.
+    pub(crate) distribution: Option<Distribution>,
     pub(crate) log: bool,
     pub(crate) span: Span,
 }
@@ -157,18 +167,24 @@ impl SweepAxis {
         }
     }
 
-    /// Returns its values, in order.
+    /// Returns the distribution from which a sample draws its values; `None` if they are listed.
+    pub fn distribution(&self) -> Option<&Distribution> {
+        self.distribution.as_ref()
+    }
+
+    /// Returns its values, in order; none if they are numbers that a sample draws.
     pub fn values(&self) -> impl ExactSizeIterator<Item = &Value> {
         self.choices.iter().map(|choice| &choice.shown)
     }
 
-    /// Returns whether it was given as a range of equal ratios.
+    /// Returns whether it was given as a range of equal ratios, or is drawn by its logarithm.
     pub fn is_log(&self) -> bool {
         self.log
     }
 
     /// Returns whether its values are numbers.
     pub(crate) fn is_numeric(&self) -> bool {
+        // A drawn number has no values that are listed.
         self.values().all(|value| matches!(value, Value::Number(_) | Value::Integer(_)))
     }
 
@@ -182,13 +198,57 @@ impl SweepAxis {
         self.distinct() == self.choices.len()
     }
 
-    /// Writes its `index`-th value on a sheet.
-    pub(crate) fn apply<'a>(&'a self, index: usize, sheet: &mut Sheet<'a>) {
+    /// Returns the value at a part of its distribution, above 0 and below 1; `None` if its values
+    /// are listed.
+    fn drawn(&self, part: f64) -> Option<Cow<'_, Choice>> {
+        match self.distribution.as_ref()? {
+            Distribution::Discrete(weights) => {
+                self.choices.get(weights.index(part)).map(Cow::Borrowed)
+            }
+            distribution => {
+                let setting = Setting::Number(distribution.quantile(part));
+                let choice = Choice::of_key(self.key()?, setting, self.span.clone(), None);
+                Some(Cow::Owned(choice))
+            }
+        }
+    }
+
+    /// Turns a mistake about the value at a part of its distribution, which is near one of the
+    /// ends, into a mistake about the distribution.
+    pub(crate) fn beyond(&self, part: f64, mistake: Mistake) -> Mistake {
+        let Some(distribution) = self.distribution.as_ref().filter(|_| mistake.span == self.span)
+        else {
+            return mistake;
+        };
+        let value = distribution.quantile(part);
+        let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+        let size = if part < 0.5 { "small" } else { "large" };
+        let message = format!("`{}` may be drawn as {size} as {}", self.path(), Compact(rounded));
+        let mistake = Mistake { message, ..mistake };
+        match distribution {
+            Distribution::Normal(_) | Distribution::LogNormal(_) => {
+                mistake.help("`from` and `to` bound the distribution")
+            }
+            _ => mistake,
+        }
+    }
+
+    /// Writes one of its values on a sheet.
+    fn apply<'a>(&self, choice: Cow<'a, Choice>, sheet: &mut Sheet<'a>) {
         if let Target::Table(table) = &self.target {
             sheet.clear(table);
         }
-        if let Some(choice) = self.choices.get(index) {
-            choice.given.iter().for_each(|(key, given)| sheet.set(*key, given));
+        match choice {
+            Cow::Borrowed(choice) => {
+                for (key, given) in &choice.given {
+                    sheet.set(*key, Cow::Borrowed(given));
+                }
+            }
+            Cow::Owned(choice) => {
+                for (key, given) in choice.given {
+                    sheet.set(key, Cow::Owned(given));
+                }
+            }
         }
     }
 }
@@ -198,18 +258,61 @@ impl SweepAxis {
 pub struct Group {
     pub(crate) axes: Vec<SweepAxis>,
     pub(crate) length: usize,
+    /// The design whose points are the steps of a sample, with a dimension for each axis.
+    pub(crate) design: Option<Design>,
+    /// The place of the number of points of a sample.
+    pub(crate) count: Span,
 }
 
 impl Group {
+    /// Makes a group of axes whose values are listed; each has `length` of them.
+    pub(crate) fn listed(axes: Vec<SweepAxis>, length: usize) -> Group {
+        Group { axes, length, design: None, count: 0..0 }
+    }
+
+    /// Returns the design whose points are the steps, if the axes are those of a sample.
+    pub fn design(&self) -> Option<&Design> {
+        self.design.as_ref()
+    }
+
+    /// Returns the value of each axis at a step.
+    pub(crate) fn choices(&self, step: usize) -> impl Iterator<Item = Cow<'_, Choice>> {
+        self.axes.iter().enumerate().filter_map(move |(dimension, axis)| match &self.design {
+            Some(design) => axis.drawn(design.coordinate(step as u32, dimension)),
+            None => axis.choices.get(step).map(Cow::Borrowed),
+        })
+    }
+
+    /// Writes the values of a step on a sheet.
+    pub(crate) fn apply<'a>(&'a self, step: usize, sheet: &mut Sheet<'a>) {
+        for (axis, choice) in self.axes.iter().zip(self.choices(step)) {
+            axis.apply(choice, sheet);
+        }
+    }
+
+    /// Returns the value of each axis of a sample at a point of the unit cube, and writes them on a
+    /// sheet.
+    pub(crate) fn draw<'a>(&'a self, parts: &[f64], sheet: &mut Sheet<'a>) -> Vec<Value> {
+        let mut shown = Vec::new();
+        for (axis, part) in self.axes.iter().zip(parts) {
+            let Some(choice) = axis.drawn(*part) else { continue };
+            shown.push(choice.shown.clone());
+            axis.apply(choice, sheet);
+        }
+        shown
+    }
+
     /// Returns the axes in the order of the file. There is at least one, and all have
     /// [`len`](Group::len) values.
     pub fn axes(&self) -> &[SweepAxis] {
         &self.axes
     }
 
-    /// Returns the axes that tell its steps apart: the first that does so by itself, else all.
+    /// Returns the axes that tell its steps apart: the first that does so by itself, else all, as
+    /// in a sample.
     pub fn telling(&self) -> &[SweepAxis] {
-        match self.axes.iter().position(SweepAxis::is_distinct) {
+        let is_telling = |axis: &SweepAxis| self.design.is_none() && axis.is_distinct();
+        match self.axes.iter().position(is_telling) {
             Some(axis) => &self.axes[axis..=axis],
             None => &self.axes,
         }
@@ -264,8 +367,10 @@ pub(crate) fn keys<'a>(
     base: &'a [(Key, Given)],
     groups: &'a [Group],
 ) -> impl Iterator<Item = Key> + 'a {
-    let choices = groups.iter().flat_map(Group::axes).flat_map(|axis| &axis.choices);
-    base.iter().chain(choices.flat_map(|choice| &choice.given)).map(|(key, _)| *key)
+    let axes = || groups.iter().flat_map(Group::axes);
+    let drawn = axes().filter(|axis| axis.distribution.is_some()).filter_map(SweepAxis::key);
+    let choices = axes().flat_map(|axis| &axis.choices);
+    base.iter().chain(choices.flat_map(|choice| &choice.given)).map(|(key, _)| *key).chain(drawn)
 }
 
 #[cfg(test)]

@@ -126,6 +126,9 @@ pub fn with_settings(
             remove_axis(sweep, key);
             key.alternative().into_iter().for_each(|other| remove_axis(sweep, other));
         }
+        for key in std::iter::once(key).chain(key.alternative()) {
+            remove_drawn(&mut document, key);
+        }
         if let Some(other) = key.alternative() {
             // One of the two moduli takes the place of the other.
             unset(document.as_item_mut(), &other.path());
@@ -254,6 +257,16 @@ fn remove_axis(sweep: &mut dyn TableLike, key: Key) {
     };
     if is_emptied {
         sweep.remove("zip");
+    }
+}
+
+/// Removes a key from those that a sample draws, and a sample that draws nothing else.
+fn remove_drawn(document: &mut DocumentMut, key: Key) {
+    let Some(sample) = document.get_mut("sample").and_then(Item::as_table_like_mut) else { return };
+    let Some(keys) = sample.get_mut("keys").and_then(Item::as_table_like_mut) else { return };
+    remove_from(keys, "", key);
+    if keys.is_empty() {
+        document.remove("sample");
     }
 }
 

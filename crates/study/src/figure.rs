@@ -20,6 +20,18 @@
 //! steps = true                # every increment is a point, joined along the loading path
 //! x = "at_shift_x"
 //! y = "force_x"
+//!
+//! [[figure]]
+//! kind = "histogram"          # counts the points by the value of x; "scatter": points without
+//!                             # lines, which a study with a [sample] has where nothing else is
+//!                             # said; "curves"
+//! x = "peak_pressure"
+//! bins = 20                   # by the rule of Freedman and Diaconis if left out
+//! share = true                # parts of the points in place of counts
+//!
+//! [[figure]]
+//! kind = "sensitivity"        # bars of how much each drawn key moves y, in a study of this kind
+//! y = ["peak_pressure", "contact_radius"]
 //! ```
 
 use std::cmp::Reverse;
@@ -30,8 +42,50 @@ use toml::de::{DeArray, DeTable, DeValue};
 use crate::axis::{Group, SweepAxis};
 use crate::column_name::column_name;
 use crate::columns::{Column, along_path, find};
+use crate::design::arrangement::Arrangement;
 use crate::error::{Mistake, Span, are_enough};
+use crate::quantity::one_of;
 use crate::read::{self, Node};
+use crate::suggestion::nearest;
+
+/// The form of a figure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FigureKind {
+    /// Curves through points in order of x, or along the loading path.
+    #[default]
+    Curves,
+    /// Points that no line joins.
+    Scatter,
+    /// Points counted by their value along x.
+    Histogram,
+    /// Bars of how much each drawn key moves the columns along y, without a column along x.
+    Sensitivity,
+}
+
+impl FigureKind {
+    /// Every kind.
+    pub const ALL: [FigureKind; 4] =
+        [FigureKind::Curves, FigureKind::Scatter, FigureKind::Histogram, FigureKind::Sensitivity];
+
+    /// Returns the name by which a study file calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            FigureKind::Curves => "curves",
+            FigureKind::Scatter => "scatter",
+            FigureKind::Histogram => "histogram",
+            FigureKind::Sensitivity => "sensitivity",
+        }
+    }
+
+    /// Returns the kind of a figure that does not say its own: the points of a sample lie on no
+    /// curve.
+    pub fn usual(groups: &[Group]) -> FigureKind {
+        match groups.iter().any(|group| group.design().is_some()) {
+            true => FigureKind::Scatter,
+            false => FigureKind::Curves,
+        }
+    }
+}
 
 /// A figure. All names in it but that of the figure are names of columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,10 +94,17 @@ pub struct Figure {
     pub name: String,
     /// The title that stands above it in place of the study's question; empty for none.
     pub title: Option<String>,
+    /// The form.
+    pub kind: FigureKind,
     /// The column along the abscissa, which is numeric.
     pub x: String,
-    /// The columns along the ordinate: at least one, numeric and of one unit.
+    /// The columns along the ordinate: numeric, of one unit, and at least one unless there is a
+    /// band; none in a histogram.
     pub y: Vec<String>,
+    /// The number of bins of a histogram, if it is not left to the values.
+    pub bins: Option<u32>,
+    /// True if a histogram shows parts of the points and no counts.
+    pub share: bool,
     /// The columns of whose values each combination gets a curve.
     pub series: Vec<String>,
     /// The column of which each value gets a panel.
@@ -75,8 +136,11 @@ impl Figure {
         Figure {
             name: FIRST.to_owned(),
             title: None,
+            kind: FigureKind::default(),
             x,
             y,
+            bins: None,
+            share: false,
             series,
             panels,
             steps: false,
@@ -98,17 +162,48 @@ impl Figure {
         // The sort is stable: of axes of one length the first stays first.
         numeric.sort_by_key(|axis| Reverse(axis.values().len()));
         let over = |x: &SweepAxis| {
-            let others = || telling(groups).filter(|axis| axis.column() != x.column());
-            let panels =
-                others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
-            let series = others()
-                .map(|axis| axis.column().into_owned())
-                .filter(|name| Some(name) != panels.as_ref())
-                .collect();
             let figure = Figure::new(x.column().into_owned(), Vec::new());
-            Figure { series, panels, log_x: x.is_log(), ..figure }
+            Figure { log_x: x.is_log(), ..figure }.telling_apart(groups)
         };
         numeric.into_iter().map(over).collect()
+    }
+
+    /// Makes a histogram of a column.
+    pub(crate) fn histogram(x: String) -> Self {
+        Figure { kind: FigureKind::Histogram, ..Figure::new(x, Vec::new()) }
+    }
+
+    /// Makes a figure without an ordinate over each number that a sample draws, whose points no
+    /// line joins. Panels and series are those of the other axes.
+    pub(crate) fn over_drawn(groups: &[Group]) -> Vec<Self> {
+        let drawn = groups.iter().filter(|group| group.design().is_some()).flat_map(Group::axes);
+        let numeric = drawn.filter(|axis| axis.is_numeric());
+        let over = |axis: &SweepAxis| {
+            let figure = Figure::new(axis.column().into_owned(), Vec::new());
+            let figure = Figure { kind: FigureKind::Scatter, log_x: axis.is_log(), ..figure };
+            figure.telling_apart(groups)
+        };
+        numeric.map(over).collect()
+    }
+
+    /// Tells the values of the axes apart that it does not draw: those of the first axis of tables
+    /// or words by panels, those of the others by series.
+    pub(crate) fn telling_apart(self, groups: &[Group]) -> Self {
+        let others = || telling(groups).filter(|axis| axis.column() != self.x);
+        let panels =
+            others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
+        let series = others()
+            .map(|axis| axis.column().into_owned())
+            .filter(|name| Some(name) != panels.as_ref())
+            .collect();
+        Figure { series, panels, ..self }
+    }
+
+    /// Returns the columns of the quantities that it shows: those along the ordinate, or that of a
+    /// histogram.
+    pub fn shown(&self) -> impl Iterator<Item = &String> {
+        let counted = (self.kind == FigureKind::Histogram).then_some(&self.x);
+        self.y.iter().chain(self.band.iter().flatten()).chain(counted)
     }
 
     /// Returns the name of its files without an ending: the name of the study, followed by that of
@@ -122,8 +217,8 @@ impl Figure {
 const MOST_FIGURES: usize = 100;
 
 const KEYS: &[&str] = &[
-    "name", "title", "x", "y", "series", "panels", "steps", "log_x", "log_y", "fit", "band",
-    "front", "names",
+    "name", "title", "kind", "x", "y", "series", "panels", "steps", "log_x", "log_y", "fit",
+    "band", "front", "names", "bins", "share",
 ];
 
 /// Reads `[figure]` or every `[[figure]]`; `columns` are the study's.
@@ -205,6 +300,22 @@ fn read_figure(
     let (log_x, log_y, steps) =
         (switch("log_x"), switch("log_y"), switch("steps").unwrap_or(false));
     let (fit, front) = (switch("fit").unwrap_or(false), switch("front").unwrap_or(false));
+    let share = switch("share").unwrap_or(false);
+    let kind = match table.get("kind") {
+        // Increments are joined along their path, and a band needs bars at least.
+        None if steps || table.contains_key("band") => FigureKind::Curves,
+        None => FigureKind::usual(groups),
+        Some(node) => read_kind(node).map_err(|mistake| mistakes.push(mistake)).ok()?,
+    };
+    refuse_foreign(kind, table, mistakes);
+    let is_of_sensitivity = kind == FigureKind::Sensitivity;
+    if is_of_sensitivity {
+        let place = table.get("kind").map_or(span.clone(), Spanned::span);
+        refuse_plain(&place, groups, mistakes);
+    }
+    let bins = table
+        .get("bins")
+        .and_then(|node| read_bins(node).map_err(|mistake| mistakes.push(mistake)).ok());
     let title = table.get("title").and_then(|node| {
         read::text("figure.title", node).map_err(|mistake| mistakes.push(mistake)).ok()
     });
@@ -245,8 +356,13 @@ fn read_figure(
             Vec::new()
         }
     });
+    let is_histogram = kind == FigureKind::Histogram;
     for name in ["x", "y"] {
-        if !table.contains_key(name) && (name == "x" || !table.contains_key("band")) {
+        let may_lack = match name {
+            "x" => is_of_sensitivity,
+            _ => is_histogram || table.contains_key("band"),
+        };
+        if !table.contains_key(name) && !may_lack {
             let expected = format!("needs {name} = \"…\", a column of numbers");
             mistakes.push(Mistake::new(
                 span.clone(),
@@ -255,14 +371,21 @@ fn read_figure(
             ));
         }
     }
-    let (x, y) = (x?, y?);
+    let x = if is_of_sensitivity { String::new() } else { x? };
+    let y = if is_histogram { Vec::new() } else { y? };
     let others = telling(groups)
         .map(|axis| axis.column().into_owned())
         .filter(|name| *name != x && panels.as_ref() != Some(name));
-    let series = series.unwrap_or_else(|| others.collect());
+    let series = match is_of_sensitivity {
+        true => Vec::new(),
+        false => series.unwrap_or_else(|| others.collect()),
+    };
     let (log_x, log_y) = (log_x.unwrap_or(false), log_y.unwrap_or(false));
     Some(Figure {
         title,
+        kind,
+        bins,
+        share,
         series,
         panels,
         steps,
@@ -274,6 +397,78 @@ fn read_figure(
         names,
         ..Figure::new(x, y)
     })
+}
+
+fn read_kind(node: &Node<'_>) -> Result<FigureKind, Mistake> {
+    let name = read::text("figure.kind", node)?;
+    let known = FigureKind::ALL.into_iter().find(|kind| kind.name() == name);
+    known.ok_or_else(|| {
+        let names = FigureKind::ALL.map(FigureKind::name);
+        let message = format!("`figure.kind` cannot be `{name}`");
+        let listed = format!("must be {}", one_of(&names));
+        match nearest(&name, names) {
+            Some(meant) => {
+                let expected = format!("did you mean \"{meant}\"?");
+                Mistake::new(node.span(), message, expected).help(listed)
+            }
+            None => Mistake::new(node.span(), message, listed),
+        }
+    })
+}
+
+/// The largest number of bins of a histogram.
+const MOST_BINS: u32 = 1000;
+
+fn read_bins(node: &Node<'_>) -> Result<u32, Mistake> {
+    let DeValue::Integer(n) = node.get_ref() else {
+        return Err(read::mistyped("figure.bins", node, "a whole number"));
+    };
+    match read::whole("figure.bins", n, node.span())? {
+        bins if (1..=MOST_BINS).contains(&bins) => Ok(bins),
+        bins => {
+            let message = format!("`figure.bins` cannot be {bins}");
+            Err(Mistake::new(node.span(), message, format!("must be from 1 to {MOST_BINS}")))
+        }
+    }
+}
+
+/// The keys of figures of points.
+const OF_POINTS: &[&str] = &[
+    "x", "series", "panels", "steps", "log_x", "log_y", "fit", "band", "front", "names", "bins",
+    "share",
+];
+
+/// Refuses a figure of sensitivity in a study that has none.
+fn refuse_plain(span: &Span, groups: &[Group], mistakes: &mut Vec<Mistake>) {
+    let is_arranged = |group: &Group| {
+        group.design().is_some_and(|design| design.arrangement() != Arrangement::Plain)
+    };
+    if !groups.iter().any(is_arranged) {
+        let message = "only a study of kind \"sensitivity\" has a figure of it";
+        let expected = format!("must be {}", one_of(&["curves", "scatter", "histogram"]));
+        mistakes.push(Mistake::new(span.clone(), message, expected));
+    }
+}
+
+/// Notes the keys that a figure of another kind has.
+fn refuse_foreign(kind: FigureKind, table: &DeTable<'_>, mistakes: &mut Vec<Mistake>) {
+    let (names, owner): (&[&str], &str) = match kind {
+        FigureKind::Histogram => {
+            (&["y", "band", "steps", "fit", "front", "names", "log_y"], "a histogram")
+        }
+        FigureKind::Scatter => (&["band", "steps", "bins", "share"], "a scatter"),
+        FigureKind::Sensitivity => (OF_POINTS, "a figure of sensitivity"),
+        FigureKind::Curves => (&["bins", "share"], "a figure of curves"),
+    };
+    for node in names.iter().filter_map(|name| Some((name, table.get(*name)?))) {
+        let (name, node) = node;
+        let mistake =
+            Mistake::new(node.span(), format!("{owner} has no `{name}`"), "leave this out");
+        mistakes.push(match *name {
+            "bins" | "share" => mistake.help("or say kind = \"histogram\""),
+            _ => mistake,
+        });
+    }
 }
 
 /// Reads the columns that tell curves apart.
@@ -359,7 +554,8 @@ fn read_y(
 }
 
 /// Returns the axes that tell the steps of each group apart that varies: those that advance with
-/// them say nothing more.
+/// them say nothing more. The axes of a sample tell nothing: each of its points is another.
 pub(crate) fn telling(groups: &[Group]) -> impl Iterator<Item = &SweepAxis> {
-    groups.iter().filter(|group| group.len() > 1).flat_map(Group::telling)
+    let is_telling = |group: &&Group| group.len() > 1 && group.design().is_none();
+    groups.iter().filter(is_telling).flat_map(Group::telling)
 }

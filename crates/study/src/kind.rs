@@ -8,6 +8,7 @@ pub mod convergence;
 pub mod cost;
 mod freedom;
 mod multiplicity;
+pub mod sensitivity;
 mod solve;
 mod spec;
 mod uniqueness;
@@ -38,14 +39,22 @@ pub enum Kind {
     Cost,
     /// Every point is searched for all of its solutions.
     Multiplicity,
+    /// Every point of a design is solved, and rows of them tell how much each key moves a result.
+    Sensitivity,
     /// The end μ* of the uniqueness set is bracketed at every point.
     Uniqueness,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: &'static [Kind] =
-        &[Kind::Solve, Kind::Convergence, Kind::Cost, Kind::Multiplicity, Kind::Uniqueness];
+    pub const ALL: &'static [Kind] = &[
+        Kind::Solve,
+        Kind::Convergence,
+        Kind::Cost,
+        Kind::Multiplicity,
+        Kind::Sensitivity,
+        Kind::Uniqueness,
+    ];
 
     /// Returns everything that is known of the kind.
     fn spec(self) -> &'static KindSpec {
@@ -54,6 +63,7 @@ impl Kind {
             Kind::Convergence => &convergence::SPEC,
             Kind::Cost => &cost::SPEC,
             Kind::Multiplicity => &multiplicity::SPEC,
+            Kind::Sensitivity => &sensitivity::SPEC,
             Kind::Uniqueness => &uniqueness::SPEC,
         }
     }
@@ -117,6 +127,56 @@ impl Kind {
             }
         }
         read
+    }
+
+    /// Reads the columns that the table of this kind names.
+    pub(crate) fn read_columns(
+        self,
+        root: &DeTable<'_>,
+        columns: &[Column],
+        table: &mut KindTable,
+        mistakes: &mut Vec<Mistake>,
+    ) {
+        if let Some(spec) = &self.spec().table {
+            spec.read_columns(root.get(spec.name), columns, table, mistakes);
+        }
+    }
+
+    /// Puts rows in place of the points of a sample, if this kind compares the points of rows.
+    /// Then no rule at the `root` of the study may choose others.
+    pub(crate) fn arrange(
+        self,
+        root: &DeTable<'_>,
+        table: &KindTable,
+        groups: &mut [Group],
+        mistakes: &mut Vec<Mistake>,
+    ) {
+        let Some(arrange) = self.spec().arrange else { return };
+        for (name, node) in ["refine", "bisect"].iter().filter_map(|name| root.get_key_value(*name))
+        {
+            let message = format!(
+                "a study of kind \"{}\" compares the points of its design, and `[{}]` chooses others",
+                self.name(),
+                name.get_ref()
+            );
+            mistakes.push(Mistake::new(node.span(), message, "leave this out"));
+        }
+        for group in groups {
+            let Some(design) = &group.design else { continue };
+            let rows = design.arranged(arrange(table));
+            match rows.points() {
+                Some(points) => {
+                    group.length = points as usize;
+                    group.design = Some(rows);
+                }
+                None => {
+                    let message =
+                        format!("{} rows of {} points", design.count(), rows.row_length());
+                    let span = group.axes.first().map_or(0..0, |axis| axis.span.clone());
+                    mistakes.push(Mistake::new(span, message, "needs a smaller `count`"));
+                }
+            }
+        }
     }
 
     /// Makes the figures that may answer a study that asks for none, the preferred one first; none

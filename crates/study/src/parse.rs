@@ -13,16 +13,18 @@ use crate::key::{Key, Table};
 use crate::kind::Kind;
 use crate::quantity::one_of;
 use crate::read::{self, Reader, entries};
+use crate::sample::ReadColumn;
 use crate::sheet::{Given, TablePlaces};
-use crate::study::Study;
+use crate::study::{Study, of_sample};
 use crate::study_files::{ReadFile, StudyFiles};
 use crate::suggestion::{nearest, standing_elsewhere};
-use crate::{accuracy, sweep};
+use crate::units::Dimension;
+use crate::{accuracy, sample, sweep};
 
 /// The names at the top of a study before those of the tables of kinds.
 const KEYS: &[&str] = &[
-    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "refine",
-    "bisect", "find", "fill",
+    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "sample",
+    "refine", "bisect", "find", "fill",
 ];
 
 /// Returns the names that may stand at the top of a study.
@@ -120,6 +122,34 @@ impl Study {
         jobs
     }
 
+    /// Refuses a distribution that reaches values without meaning: each drawn key is taken as far
+    /// as any point can be, with the others at their medians and the axes at their first values.
+    fn check_reach(&self) -> Result<(), Vec<Mistake>> {
+        /// The least part that a design draws.
+        const LEAST: f64 = 1.0 / (1_u64 << 53) as f64;
+        let Some(group) = self.sample() else { return Ok(()) };
+        let wrong = |parts: &[f64]| {
+            let mut sheet = self.sheet(&vec![0; self.groups.len()]);
+            group.draw(parts, &mut sheet);
+            self.assembled(&sheet).err().unwrap_or_default()
+        };
+        let middle = vec![0.5; group.axes.len()];
+        if !wrong(&middle).is_empty() {
+            // What is wrong there as well is no fault of a distribution's ends.
+            return Ok(());
+        }
+        let mut mistakes = Vec::new();
+        for (index, axis) in group.axes.iter().enumerate() {
+            for part in [LEAST, 1.0 - LEAST] {
+                let mut parts = middle.clone();
+                parts[index] = part;
+                mistakes
+                    .extend(wrong(&parts).into_iter().map(|mistake| axis.beyond(part, mistake)));
+            }
+        }
+        if mistakes.is_empty() { Ok(()) } else { Err(mistakes) }
+    }
+
     /// Assembles every point. If one cannot be assembled, it goes along each axis with the others
     /// at their first value, which reports each bad value once.
     fn check(&self) -> Result<(), Vec<Mistake>> {
@@ -135,11 +165,22 @@ impl Study {
         for (varied, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1)
         {
             let mut steps = vec![0; self.groups.len()];
-            for step in 0..group.length {
+            // A plan or a shard checks its own points of a sample that cannot be listed.
+            let length = match group.design {
+                Some(_) if !self.is_listed() => group.length.min(TRIED_POINTS),
+                _ => group.length,
+            };
+            for step in 0..length {
                 steps[varied] = step;
-                mistakes.extend(self.job(&steps).err().into_iter().flatten());
-                if are_enough(&mistakes) {
-                    return Err(mistakes);
+                let wrong = self.job(&steps).err().into_iter().flatten();
+                let known = mistakes.len();
+                match group.design {
+                    Some(_) => mistakes.extend(wrong.map(|mistake| of_sample(mistake, step))),
+                    None => mistakes.extend(wrong),
+                }
+                // What is wrong with one point of a sample is wrong with many.
+                if are_enough(&mistakes) || group.design.is_some() && mistakes.len() > known {
+                    break;
                 }
             }
         }
@@ -174,15 +215,20 @@ fn parse(
     let question = read_text(&root, "question", &mut mistakes).unwrap_or_default();
     let kind = read_kind(&root, &mut mistakes);
     let (mut base, places) = read_base(text, &root, &mut mistakes);
-    let groups = root
-        .get("sweep")
-        .map(|node| sweep::read_sweep(text, node, shards, &mut mistakes))
-        .unwrap_or_default();
+    let mut study_files = StudyFiles::default();
+    let mut column = |name: &str, column: &str, dimension: Dimension| {
+        study_files.read_column(name, column, dimension, files)
+    };
+    let mut groups = read_groups(text, &root, shards, &mut column, &mut mistakes);
     let accuracy = root
         .get("accuracy")
         .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut mistakes));
     base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
-    let kind_table = kind.read_table(&root, &groups, &mut mistakes);
+    let mut kind_table = kind.read_table(&root, &groups, &mut mistakes);
+    if mistakes.is_empty() {
+        kind.arrange(&root, &kind_table, &mut groups, &mut mistakes);
+        mistakes.extend(sweep::too_many_points(&groups, shards));
+    }
     let before = mistakes.len();
     sweep::refuse_absent(&groups, &base, &mut mistakes);
     sweep::refuse_alternatives(&groups, &base, &mut mistakes);
@@ -196,6 +242,7 @@ fn parse(
         return Err(mistakes);
     }
     let columns = kind.columns(groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));
+    kind.read_columns(&root, &columns, &mut kind_table, &mut mistakes);
     let figures =
         root.get("figure").map(|node| figure::read_figures(node, &groups, &columns, &mut mistakes));
     let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);
@@ -215,7 +262,7 @@ fn parse(
         groups,
         base,
         places,
-        files: StudyFiles::default(),
+        files: study_files,
         path: path.to_owned(),
         text: text.to_owned(),
     };
@@ -223,6 +270,7 @@ fn parse(
     if !unreadable.is_empty() {
         return Err(unreadable);
     }
+    study.check_reach()?;
     study.check()?;
     study.suggestions = match &figures {
         Some(_) => Vec::new(),
@@ -235,6 +283,28 @@ fn parse(
     study.figures =
         figures.unwrap_or_else(|| study.suggestions.first().cloned().into_iter().collect());
     Ok(study)
+}
+
+/// The number of points of a sample that are checked when a study is read that cannot be listed.
+const TRIED_POINTS: usize = 1000;
+
+/// Reads `[sweep]` and `[sample]`, whose points are the fastest group.
+fn read_groups(
+    text: &str,
+    root: &DeTable<'_>,
+    shards: bool,
+    column: &mut ReadColumn<'_>,
+    mistakes: &mut Vec<Mistake>,
+) -> Vec<Group> {
+    let before = mistakes.len();
+    let sweep = root.get("sweep").map(|node| sweep::read_sweep(text, node, mistakes));
+    let sample = root.get("sample").and_then(|node| sample::read_sample(node, column, mistakes));
+    let groups: Vec<Group> = sweep.into_iter().flatten().chain(sample).collect();
+    sweep::refuse_overlaps(&groups, mistakes);
+    if mistakes.len() == before {
+        mistakes.extend(sweep::too_many_points(&groups, shards));
+    }
+    groups
 }
 
 /// Notes the names at the top of a study that mean nothing there.

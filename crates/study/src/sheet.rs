@@ -2,6 +2,7 @@
 //! axes fill the sheet of each point. A job is [assembled](crate::assemble) from a sheet, so that
 //! every complaint about a job can point at the text that caused it.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use contact::model::{Effect, Mesh};
@@ -64,9 +65,10 @@ pub(crate) struct Given {
     pub(crate) nth: Option<usize>,
 }
 
-/// The value that was given for each key.
+/// The value that was given for each key: one that stands in the file is borrowed from the base or
+/// an axis, and one that was computed for the point belongs to its sheet.
 #[derive(Clone, Default)]
-pub(crate) struct Sheet<'a>(HashMap<Key, &'a Given>);
+pub(crate) struct Sheet<'a>(HashMap<Key, Cow<'a, Given>>);
 
 /// The surfaces that were read from files.
 #[derive(Clone, Debug, Default)]
@@ -129,10 +131,10 @@ pub(crate) enum FileContent {
 
 impl<'a> Sheet<'a> {
     pub(crate) fn new(given: impl IntoIterator<Item = (Key, &'a Given)>) -> Self {
-        Sheet(given.into_iter().collect())
+        Sheet(given.into_iter().map(|(key, given)| (key, Cow::Borrowed(given))).collect())
     }
 
-    pub(crate) fn set(&mut self, key: Key, given: &'a Given) {
+    pub(crate) fn set(&mut self, key: Key, given: Cow<'a, Given>) {
         self.0.insert(key, given);
     }
 
@@ -150,8 +152,8 @@ impl<'a> Sheet<'a> {
         given.into_iter().map(|(_, key)| key).collect()
     }
 
-    pub(crate) fn get(&self, key: Key) -> Option<&'a Given> {
-        self.0.get(&key).copied()
+    pub(crate) fn get(&self, key: Key) -> Option<&Given> {
+        self.0.get(&key).map(Cow::as_ref)
     }
 
     /// Returns the length of [`Key::Layers`] or [`Key::Steps`]: the one that was given, else the
@@ -177,7 +179,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    pub(crate) fn word(&self, key: Key) -> Option<&'a str> {
+    pub(crate) fn word(&self, key: Key) -> Option<&str> {
         match &self.get(key)?.setting {
             Setting::Word(word) => Some(word),
             _ => None,

@@ -29,6 +29,7 @@
 //! Numbers are in SI units or texts with a unit. Everything that could be wrong is refused with its
 //! place before anything runs.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -41,17 +42,20 @@ use crate::assemble::locate;
 use crate::axis;
 use crate::axis::{Group, MAX_POINTS, MAX_SHARDS, SweepAxis};
 use crate::columns::Column;
+use crate::design::SamplingMethod;
+use crate::design::arrangement::Arrangement;
 use crate::error::{Mistake, StudyError};
 use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::Key;
 use crate::kind::convergence::Ladder;
 use crate::kind::cost::{Cost, is_rung};
+use crate::kind::sensitivity::{SensitivityMethod, named_results};
 use crate::kind::{Kind, KindTable};
 use crate::point::StudyPoint;
 use crate::sheet::{Given, Setting, Sheet, TablePlaces};
 use crate::study_files::StudyFiles;
-use crate::sweep::too_many_entries;
+use crate::sweep::{self, too_many_entries};
 use crate::value::Value;
 
 /// The largest number of points that are listed at a time.
@@ -135,6 +139,31 @@ impl Study {
         (self.kind == Kind::Cost).then(|| Cost::of(&self.kind_table))
     }
 
+    /// Returns the method of a study of sensitivity.
+    pub fn sensitivity(&self) -> Option<SensitivityMethod> {
+        (self.kind == Kind::Sensitivity).then(|| SensitivityMethod::of(&self.kind_table))
+    }
+
+    /// Returns the columns of the results that a study of sensitivity is about: those that it
+    /// names, else those of its figures.
+    pub fn results_of_interest(&self) -> Vec<String> {
+        let named = named_results(&self.kind_table);
+        let of_figures = self.figures.iter().flat_map(|figure| &figure.y);
+        let mut results: Vec<String> = Vec::new();
+        for name in named.iter().chain(of_figures.filter(|_| named.is_empty())) {
+            if !results.contains(name) {
+                results.push(name.clone());
+            }
+        }
+        results
+    }
+
+    /// Returns the step of the sample at the point with an index; `None` without a sample.
+    pub fn step_of_sample(&self, index: usize) -> Option<usize> {
+        let sample = self.groups.iter().position(|group| group.design.is_some())?;
+        axis::steps(&self.groups, index).get(sample).copied()
+    }
+
     /// Returns every column of the study's results.
     pub fn columns(&self) -> Vec<Column> {
         self.kind.columns(self.axes(), axis::keys(&self.base, &self.groups))
@@ -172,9 +201,10 @@ impl Study {
     pub fn point(&self, index: usize) -> Option<StudyPoint> {
         let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
         let job = self.job(&steps).ok()?;
-        let values = self.groups.iter().zip(&steps).flat_map(|(group, step)| {
-            group.axes.iter().map(|axis| axis.choices[*step].shown.clone())
-        });
+        let values =
+            self.groups.iter().zip(&steps).flat_map(|(group, step)| {
+                group.choices(*step).map(|choice| choice.into_owned().shown)
+            });
         Some(StudyPoint { values: values.collect(), key: job.key(), job })
     }
 
@@ -207,6 +237,76 @@ impl Study {
         })
     }
 
+    /// Returns the group whose axes a sample draws, if there is one.
+    pub fn sample(&self) -> Option<&Group> {
+        self.groups.iter().find(|group| group.design.is_some())
+    }
+
+    /// Refuses a sample that loses the points of the `former` study of the same name, from which it
+    /// differs in its number of points: only some hypercubes keep the points of others.
+    ///
+    /// # Errors
+    /// The points would be lost, at the place of their number in the file.
+    pub fn require_kept_points(&self, former: &Study) -> Result<(), StudyError> {
+        let (Some(sample), Some(other)) = (self.sample(), former.sample()) else { return Ok(()) };
+        let (Some(design), Some(before)) = (&sample.design, &other.design) else { return Ok(()) };
+        let drawn = |group: &Group| -> Vec<_> {
+            group.axes.iter().map(|axis| (axis.key(), axis.distribution.clone())).collect()
+        };
+        let is_other = (design.method(), design.seed()) != (before.method(), before.seed())
+            || drawn(sample) != drawn(other);
+        if is_other || design.is_kept_by(before) || before.is_kept_by(design) {
+            return Ok(());
+        }
+        let count = before.count();
+        let message = format!(
+            "a {} of {} points keeps none of the {count} that `{}` has in the store",
+            design.method().name(),
+            design.count(),
+            self.name
+        );
+        let doubled = [2, 4].map(|factor| u64::from(count) * factor);
+        let expected = format!("must be {}, {} and so on, to keep them", doubled[0], doubled[1]);
+        let mistake = Mistake::new(sample.count.clone(), message, expected);
+        let help = "a sample by another method grows by any number; a new sample needs another \
+                    `name`, or another `seed`";
+        Err(StudyError::new(&self.path, &self.text, vec![mistake.help(help)]))
+    }
+
+    /// Returns what is worth knowing about its sample, in words.
+    pub fn sample_note(&self) -> Option<String> {
+        let design = self.sample()?.design.as_ref()?;
+        let count = design.count();
+        let is_uneven = design.method() == SamplingMethod::Sobol && !count.is_power_of_two();
+        is_uneven.then(|| {
+            let below = 1_u32 << count.ilog2();
+            let what = match design.arrangement() {
+                Arrangement::Plain => "points",
+                _ => "rows",
+            };
+            format!(
+                "the {count} {what} of the sample are no power of two, where Sobol' points are \
+                 most even: {below} or {}",
+                2 * u64::from(below)
+            )
+        })
+    }
+
+    /// Returns the `index`-th point with other values of the keys that the sample draws: those at
+    /// some parts of their distributions, each above 0 and below 1. `None` if that is no job, or if
+    /// the study has no sample.
+    pub fn point_drawn(&self, index: usize, parts: &[f64]) -> Option<StudyPoint> {
+        let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
+        let sample = self.groups.iter().position(|group| group.design.is_some())?;
+        let mut sheet = self.sheet(&steps);
+        let drawn = self.groups[sample].draw(parts, &mut sheet);
+        let job = self.assembled(&sheet).ok()?;
+        let mut values = self.point(index)?.values;
+        let before: usize = self.groups[..sample].iter().map(|group| group.axes.len()).sum();
+        values.splice(before..before + drawn.len(), drawn);
+        Some(StudyPoint { values, key: job.key(), job })
+    }
+
     fn point_with(
         &self,
         index: usize,
@@ -214,12 +314,11 @@ impl Study {
         show: impl FnOnce(&mut Vec<Value>),
     ) -> Option<StudyPoint> {
         let StudyPoint { mut values, .. } = self.point(index)?;
-        let given: Vec<(Key, Given)> = settings
-            .iter()
-            .map(|(key, setting)| (*key, Given { setting: setting.clone(), span: 0..0, nth: None }))
-            .collect();
         let mut sheet = self.sheet(&axis::steps(&self.groups, index));
-        given.iter().for_each(|(key, given)| sheet.set(*key, given));
+        for (key, setting) in settings {
+            let given = Given { setting: setting.clone(), span: 0..0, nth: None };
+            sheet.set(*key, Cow::Owned(given));
+        }
         let job =
             self.kind.assemble(&self.kind_table, &sheet, &self.files.names, &self.places).ok()?;
         show(&mut values);
@@ -303,6 +402,33 @@ impl Study {
         Err(StudyError::new(&self.path, &self.text, vec![Mistake::new(span, message, expected)]))
     }
 
+    /// Refuses a study that one run does not take as a whole.
+    ///
+    /// # Errors
+    /// Too many points, or points with too many load steps and layers, at the place of an axis.
+    pub fn require_listed(&self) -> Result<(), StudyError> {
+        let mistake = sweep::too_many_points(&self.groups, false)
+            .or_else(|| too_many_entries(&self.groups, &self.base, self.points));
+        let refused = |mistake| StudyError::new(&self.path, &self.text, vec![mistake]);
+        mistake.map_or(Ok(()), |mistake| Err(refused(mistake)))
+    }
+
+    /// Returns the job of the `index`-th point, without the values of its axes.
+    ///
+    /// # Errors
+    /// The point makes no sense, at its place in the file.
+    pub fn job_at(&self, index: usize) -> Result<Job, StudyError> {
+        let steps = axis::steps(&self.groups, index.min(self.points - 1));
+        self.job(&steps).map_err(|mistakes| {
+            let sample = self.groups.iter().zip(&steps).find(|(group, _)| group.design.is_some());
+            let located = mistakes.into_iter().map(|mistake| match sample {
+                Some((_, step)) => of_sample(mistake, *step),
+                None => mistake,
+            });
+            StudyError::new(&self.path, &self.text, located.collect())
+        })
+    }
+
     /// Returns the part of the study that has only the points with some indices.
     ///
     /// # Errors
@@ -351,21 +477,29 @@ impl Study {
     pub(crate) fn sheet(&self, steps: &[usize]) -> Sheet<'_> {
         let mut sheet = Sheet::new(self.base.iter().map(|(key, given)| (*key, given)));
         for (group, step) in self.groups.iter().zip(steps) {
-            group.axes.iter().for_each(|axis| axis.apply(*step, &mut sheet));
+            group.apply(*step, &mut sheet);
         }
         sheet
     }
 
     pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Mistake>> {
-        let job = self.kind.assemble(
-            &self.kind_table,
-            &self.sheet(steps),
-            &self.files.names,
-            &self.places,
-        )?;
+        self.assembled(&self.sheet(steps))
+    }
+
+    /// Assembles the job of a sheet, which must suit the study's choice of points as well.
+    pub(crate) fn assembled(&self, sheet: &Sheet<'_>) -> Result<Job, Vec<Mistake>> {
+        let job = self.kind.assemble(&self.kind_table, sheet, &self.files.names, &self.places)?;
         if let Some(Adaptive::Accuracy(accuracy)) = &self.adaptive {
             accuracy.check(&job).map_err(|mistake| vec![mistake])?;
         }
         Ok(job)
+    }
+}
+
+/// Says of which point of a sample a mistake is.
+pub(crate) fn of_sample(mistake: Mistake, step: usize) -> Mistake {
+    match mistake.help.is_empty() {
+        true => mistake.help(format!("it is so at point {} of the sample", step + 1)),
+        false => mistake,
     }
 }

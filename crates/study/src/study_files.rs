@@ -10,7 +10,8 @@ use crate::file_fault::FileFaults;
 use crate::key::Key;
 use crate::sheet::{FileContent, MapFile, NamedMap, NeededFile, ProfileFile, SurfaceNames};
 use crate::surface::{MapReading, MissingRule};
-use crate::{profile, surface};
+use crate::units::Dimension;
+use crate::{column_file, profile, surface};
 
 /// Reads a file that a study names, and says in words why it cannot.
 pub type ReadFile<'f> = dyn FnMut(&str) -> Result<NamedFile, String> + 'f;
@@ -97,6 +98,22 @@ impl StudyFiles {
     /// Says the faults of a file as far as they may be said.
     fn words(&self, file: &str, faults: &FileFaults) -> String {
         faults.words(!self.secret.contains(file))
+    }
+
+    /// Reads a column of a file of measured values.
+    ///
+    /// # Errors
+    /// The file cannot be read or has no such column, in words.
+    pub(crate) fn read_column(
+        &mut self,
+        name: &str,
+        column: &str,
+        dimension: Dimension,
+        files: &mut ReadFile<'_>,
+    ) -> Result<Vec<f64>, String> {
+        self.load(name, files)?;
+        column_file::read(self.loaded(name), column, dimension)
+            .map_err(|faults| self.words(name, &faults))
     }
 
     fn read_height_map(&mut self, map: &MapFile, files: &mut ReadFile<'_>) -> Result<(), String> {

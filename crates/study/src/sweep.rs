@@ -14,24 +14,18 @@ use crate::value::Value;
 mod fit;
 mod range;
 
-pub(crate) use fit::{refuse_absent, refuse_alternatives, too_many_entries};
-use fit::{refuse_excess, refuse_overlaps, refuse_repeated_rows, refuse_repeats};
+pub(crate) use fit::{
+    refuse_absent, refuse_alternatives, refuse_overlaps, refuse_repeats, too_many_entries,
+};
+use fit::{refuse_excess, refuse_repeated_rows};
 use range::{AxisValues, is_range, read_range};
 
 /// Reads `[sweep]`.
-///
-/// The axes of a study that is run in `shards` may make more points than one run takes.
-pub(crate) fn read_sweep(
-    text: &str,
-    node: &Node<'_>,
-    shards: bool,
-    mistakes: &mut Vec<Mistake>,
-) -> Vec<Group> {
+pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> Vec<Group> {
     let DeValue::Table(table) = node.get_ref() else {
         mistakes.push(read::mistyped("sweep", node, "a table of axes"));
         return Vec::new();
     };
-    let before = mistakes.len();
     let mut groups = Vec::new();
     if let Some(mistake) = refuse_excess(table, node) {
         mistakes.push(mistake);
@@ -44,33 +38,51 @@ pub(crate) fn read_sweep(
             let mut axes = Vec::new();
             read_axes(text, "", name, node, &mut axes, mistakes);
             axes.iter().for_each(|axis| refuse_repeats(axis, mistakes));
-            groups.extend(
-                axes.into_iter().map(|axis| Group { length: axis.choices.len(), axes: vec![axis] }),
-            );
+            groups.extend(axes.into_iter().map(|axis| {
+                let length = axis.choices.len();
+                Group::listed(vec![axis], length)
+            }));
         }
     }
     // Keys that are written with dots arrive gathered by their tables, but their places count.
     groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
     refuse_overlaps(&groups, mistakes);
-    let most = if shards { MAX_SHARDED_POINTS } else { MAX_POINTS };
-    let points = count(&groups);
-    if mistakes.len() == before && points.is_none_or(|points| points > most) {
-        let factors =
-            groups.iter().map(|group| group.length.to_string()).collect::<Vec<_>>().join(" × ");
-        let message = format!("the axes make {factors} points, more than {most}");
-        let help = points.map(|points| {
-            let shards = points.div_ceil(MAX_POINTS);
-            format!("or run the study in {shards} shards or more: `run … --shard 1/{shards}`")
-        });
-        let span = groups
-            .iter()
-            .max_by_key(|group| group.length)
-            .and_then(|group| group.axes.first())
-            .map_or(0..0, |axis| axis.span.clone());
-        let mistake = Mistake::new(span, message, "needs fewer values, here or on another axis");
-        mistakes.push(mistake.help(help.unwrap_or_default()));
-    }
     groups
+}
+
+/// Returns the mistake of groups that make more points than a study may have. One that is run in
+/// `shards` may have more than one run takes.
+pub(crate) fn too_many_points(groups: &[Group], shards: bool) -> Option<Mistake> {
+    let most = if shards { MAX_SHARDED_POINTS } else { MAX_POINTS };
+    let points = count(groups);
+    if points.is_some_and(|points| points <= most) {
+        return None;
+    }
+    let factors =
+        groups.iter().map(|group| group.length.to_string()).collect::<Vec<_>>().join(" × ");
+    let makers = match (groups.len(), groups.iter().any(|group| group.design.is_some())) {
+        (1, true) => "the sample makes",
+        (_, true) => "the axes and the sample make",
+        (_, false) => "the axes make",
+    };
+    let message = format!("{makers} {factors} points, more than {most}");
+    let help = points.map(|points| {
+        let shards = points.div_ceil(MAX_POINTS);
+        format!("or run the study in {shards} shards or more: `run … --shard 1/{shards}`")
+    });
+    let largest = groups.iter().max_by_key(|group| group.length);
+    let (span, expected) = match largest {
+        Some(sample) if sample.design.is_some() => {
+            (sample.count.clone(), "needs fewer points, or fewer values on other axes")
+        }
+        group => {
+            let axis = group.and_then(|group| group.axes.first());
+            let expected = "needs fewer values, here or on another axis";
+            (axis.map_or(0..0, |axis| axis.span.clone()), expected)
+        }
+    };
+    let mistake = Mistake::new(span, message, expected);
+    Some(mistake.help(help.unwrap_or_default()))
 }
 
 fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, mistakes: &mut Vec<Mistake>) {
@@ -123,7 +135,7 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, mistakes: &mu
             refuse_repeated_rows(&axes, mistakes);
         }
         axes.retain(|axis| axis.choices.len() == length);
-        groups.push(Group { axes, length });
+        groups.push(Group::listed(axes, length));
     }
 }
 
@@ -156,6 +168,7 @@ fn read_axes(
                     axes.push(SweepAxis {
                         target: Target::Table(table),
                         choices,
+                        distribution: None,
                         log: false,
                         span,
                     });
@@ -165,7 +178,8 @@ fn read_axes(
     } else if let Some(key) = Key::find(&path) {
         let AxisValues { choices, is_log } = read_key_choices(key, node, mistakes);
         if !choices.is_empty() {
-            axes.push(SweepAxis { target: Target::Key(key), choices, log: is_log, span });
+            let (target, distribution) = (Target::Key(key), None);
+            axes.push(SweepAxis { target, choices, distribution, log: is_log, span });
         }
     } else {
         let mistake = |expected: &str| {

@@ -7,7 +7,7 @@ use anyhow::{Result, anyhow, bail};
 use contact::model::Fields;
 use report::{JobMaps, PageBlock, PageSection};
 use store::StoreReader;
-use study::{Record, StudyPoint};
+use study::{Figure, Record, StudyPoint};
 
 use super::rows::JobRows;
 use crate::cli::FieldChoice;
@@ -177,7 +177,7 @@ fn telling<'a>(
     ranked.extend(candidates.last());
     let figures = rows.results.figures().unwrap_or_default();
     let is_candidate: BTreeSet<usize> = candidates.iter().copied().collect();
-    for name in figures.iter().flat_map(|figure| &figure.y) {
+    for name in figures.iter().flat_map(Figure::shown) {
         let numbers: Vec<(usize, f64)> =
             rows.numbers(name).into_iter().filter(|(row, _)| is_candidate.contains(row)).collect();
         let by_value = |a: &&(usize, f64), b: &&(usize, f64)| a.1.total_cmp(&b.1);

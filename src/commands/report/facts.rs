@@ -11,7 +11,7 @@ use store::StudyLabels;
 use study::columns::Role;
 use study::job::PHYSICS_VERSION;
 use study::provenance::median;
-use study::{Column, StudyPoint};
+use study::{Column, Figure, StudyPoint};
 
 use super::provenance;
 use super::rows::JobRows;
@@ -85,7 +85,7 @@ fn answers(results: &Results<'_>) -> Result<Vec<PageBlock>> {
                 blocks.push(PageBlock::Words(sentence(words)));
             }
             _ => {
-                blocks.push(PageBlock::Heading((*title).to_owned()));
+                blocks.push(PageBlock::Heading(title.to_string()));
                 blocks.extend(shortened(table)?);
             }
         }
@@ -105,7 +105,7 @@ fn sentence(words: &str) -> String {
 fn ranges(results: &Results<'_>, rows: &JobRows<'_>) -> Result<Vec<String>> {
     let mut named: Vec<&String> = Vec::new();
     let figures = results.figures()?.iter().filter(|figure| !figure.steps);
-    for name in figures.flat_map(|figure| figure.y.iter().chain(figure.band.iter().flatten())) {
+    for name in figures.flat_map(Figure::shown) {
         if !named.contains(&name) {
             named.push(name);
         }

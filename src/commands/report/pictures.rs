@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use answers::Results;
 use anyhow::Result;
 use report::{PageBlock, PageFigure, PageSection};
+use study::figure::FigureKind;
 
 use super::rows::JobRows;
 use crate::figures::{PicturedFigure, nothing_varies, pictured};
@@ -38,15 +39,16 @@ pub(super) fn section(
     }
     let (mut used, mut has_sketch) = (0, false);
     for figure in figures {
-        let PicturedFigure { mut picture, table, .. } = match pictured(results, figure, filter) {
-            Ok(pictured) => pictured,
-            Err(error) => {
-                let sentence = format!("The figure {} is missing: {error:#}.", figure.name);
-                blocks.push(PageBlock::Warning(sentence.clone()));
-                left_out.push(sentence);
-                continue;
-            }
-        };
+        let PicturedFigure { mut picture, table, .. } =
+            match pictured(results, figure, filter_of(figure, filter)) {
+                Ok(pictured) => pictured,
+                Err(error) => {
+                    let sentence = format!("The figure {} is missing: {error:#}.", figure.name);
+                    blocks.push(PageBlock::Warning(sentence.clone()));
+                    left_out.push(sentence);
+                    continue;
+                }
+            };
         let title = picture.title.clone();
         if title == results.study().question() {
             // The question stands above all.
@@ -57,8 +59,7 @@ pub(super) fn section(
         if size <= SKETCH && used + size <= ALL_SKETCHES {
             used += size;
             has_sketch = true;
-            let key = table.column("key")?;
-            let job = |row: &Vec<report::Cell>| match &row[key] {
+            let job = |row: &Vec<report::Cell>| match &row[table.column("key").ok()?] {
                 report::Cell::Text(key) => places.get(key.as_str()).copied(),
                 _ => None,
             };
@@ -90,6 +91,11 @@ pub(super) fn section(
         );
     }
     Ok(PageSection { id: "figures", title: "Figures", blocks })
+}
+
+/// Returns the filter of a figure; the influence of keys is of the whole design.
+fn filter_of<'f>(figure: &study::Figure, filter: Option<&'f str>) -> Option<&'f str> {
+    filter.filter(|_| figure.kind != FigureKind::Sensitivity)
 }
 
 /// Returns the row of each job in the page's table, which has the `listed` first rows. Of several

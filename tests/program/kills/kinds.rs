@@ -68,6 +68,25 @@ column = "stick_fraction"
 at_most = 6
 "#;
 
+const SENSITIVITY: &str = r#"
+name = "kinds"
+kind = "sensitivity"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+loading.steps = [{ approach = "1 um" }]
+[numerics]
+mesh = 24
+[sensitivity]
+of = "load"
+[sample]
+method = "sobol"
+count = 6
+[sample.keys]
+"friction.mu" = { from = 0.1, to = 0.5 }
+"punch.radius" = { from = "8 mm", to = "12 mm" }
+"#;
+
 /// Waits until some jobs are durable and some are not; returns `false` if the study was over before
 /// that was seen.
 fn is_in_its_middle(running: &mut Running) -> bool {
@@ -182,4 +201,9 @@ fn searches_for_roots_survive() {
 #[test]
 fn filled_curves_survive() {
     survives(&format!("{CURVES}{FILL}"), 18);
+}
+
+#[test]
+fn rows_of_a_design_survive() {
+    survives(SENSITIVITY, 24);
 }

@@ -174,6 +174,11 @@ fn label(study: &Study, points: &[StudyPoint], members: &[usize]) -> String {
         taken.iter().map(|(_, values)| values.len()).product::<usize>() == members.len();
     let mut said = Vec::new();
     for (group, values) in &taken {
+        if group.design().is_some() {
+            let (some, all) = (values.len(), group.len());
+            said.extend((some < all).then(|| format!("{some} of {all} points of the sample")));
+            continue;
+        }
         // A group that does not vary tells nothing.
         let [axis, others @ ..] = group.telling() else { continue };
         if group.len() == 1 && values.len() == 1 {

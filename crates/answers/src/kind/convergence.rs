@@ -15,5 +15,6 @@ pub(super) const ANSWERS: KindAnswers = KindAnswers {
         Some(ladder) => convergence::compare(evidence, ladder),
         None => Ok(Comparison::of_points(evidence.points.len())),
     },
+    about: None,
     ..solve::ANSWERS
 };

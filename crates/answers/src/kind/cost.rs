@@ -23,6 +23,7 @@ pub(super) const ANSWERS: KindAnswers = KindAnswers {
         Some(cost) => cost::compare(evidence, cost),
         None => Ok(Comparison::of_points(evidence.points.len())),
     },
+    about: None,
     tells_choice: false,
     is_timed: true,
 };

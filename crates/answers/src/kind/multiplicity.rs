@@ -39,7 +39,7 @@ pub(super) fn perform(
 
 /// Returns the solutions that a search has found, as a table.
 pub(super) fn tables(found: &Multiplicity) -> Result<Vec<AnswerTable>, AnswerError> {
-    Ok(vec![AnswerTable { title: "solutions", table: solutions::table(found)? }])
+    Ok(vec![AnswerTable { title: "solutions".into(), table: solutions::table(found)? }])
 }
 
 /// Returns a search that fails for the size of its solutions; its counts stay.

@@ -7,12 +7,14 @@ use study::{Case, Ending};
 
 use super::spec::KindAnswers;
 use crate::comparison::Comparison;
+use crate::described;
 use crate::perform::{PerformResult, Performed};
 
 /// The kind. Its rows are its answer.
 pub(super) const ANSWERS: KindAnswers = KindAnswers {
     check: |_, _| Ok(()),
     compare: |evidence| Ok(Comparison::of_points(evidence.points.len())),
+    about: Some(described::tables),
     tells_choice: true,
     is_timed: false,
 };

@@ -1,10 +1,14 @@
 //! The description of a kind of study.
 
-use study::{Study, StudyPoint};
+use study::{Column, Study, StudyPoint};
 
-use crate::comparison::Comparison;
+use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
 use crate::evidence::Evidence;
+
+/// What the points of a sample say of some columns of numbers.
+pub(crate) type SampleAnswer =
+    fn(&Evidence<'_>, &[Column]) -> Result<Vec<AnswerTable>, AnswerError>;
 
 /// Everything that this crate knows of one kind of study. A kind that shares most of this with the
 /// solving of scenes takes it from there.
@@ -14,6 +18,9 @@ pub(crate) struct KindAnswers {
     pub(crate) check: fn(&Study, &[StudyPoint]) -> Result<(), AnswerError>,
     /// Compares the points, and answers.
     pub(crate) compare: fn(&Evidence<'_>) -> Result<Comparison, AnswerError>,
+    /// Tells what the points of a sample say of some columns of numbers; `None` if the points are
+    /// compared with each other in another way.
+    pub(crate) about: Option<SampleAnswer>,
     /// The table of findings, if points were chosen, stands before the answers.
     pub(crate) tells_choice: bool,
     /// The jobs are timed, so that nothing else may run beside them.

@@ -19,11 +19,13 @@ pub(crate) fn validate_starts(starts: u32) -> Result<(), SceneError> {
 
 /// The generator SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2714064.2660195); the field is
 /// its state.
-pub(crate) struct SplitMix64(pub(crate) u64);
+#[derive(Clone, Debug)]
+pub struct SplitMix64(pub u64);
 
 impl SplitMix64 {
     /// Returns 64 random bits.
-    pub(crate) fn next(&mut self) -> u64 {
+    #[expect(clippy::should_implement_trait, reason = "the numbers have no end")]
+    pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -32,12 +34,12 @@ impl SplitMix64 {
     }
 
     /// Returns a number that is uniform in [0, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Returns a number that is uniform in [−1, 1).
-    pub(crate) fn signed(&mut self) -> f64 {
+    pub fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
 }

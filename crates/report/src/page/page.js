@@ -88,7 +88,7 @@
     let current = null;
 
     const axisText = (axis, x) => {
-      if (axis.categories.length) return `${axis.label}: ${axis.categories[x]}`;
+      if (axis.categories.length) return `${axis.label}: ${axis.categories[Math.round(x)]}`;
       const scaled = axis.exponent < 0 ? x * 10 ** -axis.exponent : x / 10 ** axis.exponent;
       return `${axis.label} = ${withUnit(short(scaled), axis.unit)}`;
     };

@@ -46,7 +46,10 @@ impl PanelAxis {
         } else {
             PrefixedUnit::fitting(&axis.unit, values().map(f64::abs).fold(0.0, f64::max))
         };
-        let scale = AxisScale::around(values().map(|v| unit.of_si(v)), axis.log);
+        let mut scale = AxisScale::around(values().map(|v| unit.of_si(v)), axis.log);
+        if axis.from_zero && !axis.log && scale.high > 0.0 && values().all(|v| v >= 0.0) {
+            scale.low = 0.0;
+        }
         let drawn = match width {
             Some(width) => DrawnAxis::across(scale, width, &axis.label, &unit.name),
             None => {
@@ -116,5 +119,11 @@ impl Canvas<'_> {
     pub(super) fn height_of_level(&self) -> Option<f64> {
         let level = self.panel.level.filter(|level| has_place(&self.panel.y, *level))?;
         Some(self.frame.bottom() - self.y.fraction(level) * self.frame.height)
+    }
+
+    /// Returns the height of a value along y in pixels, if the axis has it.
+    pub(super) fn place_on_y(&self, y: f64) -> Option<f64> {
+        let fraction = has_place(&self.panel.y, y).then(|| self.y.fraction(y))?;
+        (0.0..=1.0).contains(&fraction).then(|| self.frame.bottom() - fraction * self.frame.height)
     }
 }

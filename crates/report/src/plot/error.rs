@@ -45,6 +45,14 @@ pub enum FigureError {
         /// The number of rows of the table.
         rows: usize,
     },
+    /// There is nothing to count.
+    #[error("no row has a value in `{column}`, so there is nothing to count ({rows} rows)")]
+    NothingToCount {
+        /// The name of the column.
+        column: String,
+        /// The number of rows of the table.
+        rows: usize,
+    },
     /// A column along the vertical axis has text.
     #[error(
         "column `{column}` has text, such as {example:?}, and cannot be drawn along y; choose a \

@@ -52,6 +52,8 @@ pub struct PlotAxis {
     pub log: bool,
     /// The words of an axis of categories: the i-th stands at i. Empty for an axis of numbers.
     pub categories: Vec<String>,
+    /// True if an axis of numbers, none of which is negative, begins at 0.
+    pub from_zero: bool,
 }
 
 /// One curve.
@@ -75,6 +77,10 @@ pub struct Series {
     /// The names beside points, by their index, as far as there is room: beside those of the front,
     /// or beside every point if there is no front. Empty for no name.
     pub names: Vec<String>,
+    /// The width of the bars in SI units, or in categories; for [`Style::WhiskerBars`] alone.
+    pub bar_width: f64,
+    /// The lower and the upper end of the whisker of each bar, NaN for none; empty without whiskers.
+    pub whiskers: Vec<[f64; 2]>,
     /// The row of the table that each point comes from, by the index of the point, `None` at a gap;
     /// empty if there is no table.
     pub rows: Vec<Option<usize>>,
@@ -122,4 +128,10 @@ pub enum Style {
     Path,
     /// Marked points alone.
     Markers,
+    /// Bars from zero to the points, with whiskers.
+    WhiskerBars,
+    /// Points alone that are very many.
+    Dots,
+    /// The outline of bars that stand side by side, filled.
+    Bars,
 }

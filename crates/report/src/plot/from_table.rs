@@ -1,10 +1,10 @@
 //! Figures of the columns of a table.
 
-use std::collections::HashMap;
-
-use super::error::{FigureError, MOST_PANELS, MOST_SERIES};
+use super::error::{FigureError, MOST_SERIES};
 use super::figure::{BandPoint, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
-use super::spec::FigureSpec;
+use super::groups::{Groups, numbers, text_in};
+use super::histogram;
+use super::spec::{FigureForm, FigureSpec};
 use super::value_text::ValueFormat;
 use crate::fit::{Fit, straight};
 use crate::table::{Cell, DataTable, UnknownColumn};
@@ -15,23 +15,21 @@ impl PlotFigure {
     /// Rows are grouped into panels and series by value, to at most six significant digits; within
     /// a series the points are sorted by x, unless they lie along a path. A row without y is a gap
     /// in its curve, a row without x is left out. When several rows of a series have the same x
-    /// (some other column varies), or x is text, points are not joined by lines. Values in the
+    /// (some other column varies), or x is text, points are not joined by lines; those of a scatter
+    /// never are. A histogram counts the rows by their value along x. Values in the
     /// legend and above panels have units, with one prefix for all values of a column. A band is
     /// joined as curves are, or else drawn as a bar at each x.
     ///
     /// # Errors
     /// [`FigureError`], which says what cannot be drawn and what to choose instead.
     pub fn from_table(table: &DataTable, spec: &FigureSpec<'_>) -> Result<PlotFigure, FigureError> {
+        if let FigureForm::Histogram { bins, share } = spec.form {
+            return histogram::figure(table, spec, bins, share);
+        }
         let columns = Columns::find(table, spec)?;
         let y_unit = columns.unit_along_y(table)?;
         let coordinates = Coordinates::read(table, spec, &columns)?;
-        let panels = Groups::new(table, columns.panels.as_slice());
-        if let (Some(column), true) = (spec.panels, panels.labels.len() > MOST_PANELS) {
-            return Err(FigureError::TooManyPanels {
-                column: column.to_owned(),
-                count: panels.labels.len(),
-            });
-        }
+        let panels = Groups::panels(table, spec, columns.panels)?;
         let series = Groups::new(table, &columns.series);
         let count = series.labels.len() * (columns.y.len() + usize::from(spec.band.is_some()));
         if count > MOST_SERIES {
@@ -44,12 +42,14 @@ impl PlotFigure {
             unit: table.columns()[columns.x].unit.clone(),
             log: spec.log_x,
             categories: coordinates.categories.clone(),
+            from_zero: false,
         };
         let y = PlotAxis {
             label: spec.axis_of_y(),
             unit: y_unit,
             log: spec.log_y,
             categories: Vec::new(),
+            from_zero: false,
         };
         let name_format =
             columns.names.map(|column| (column, ValueFormat::for_column(table, column)));
@@ -63,6 +63,9 @@ impl PlotFigure {
         Ok(PlotFigure { title: spec.title.to_owned(), legend, notes, panels })
     }
 }
+
+/// The largest number of points of a series of scattered points that have markers; more are dots.
+const MOST_MARKERS: usize = 200;
 
 /// Returns the names of all columns along y, separated by commas.
 fn names_along_y(spec: &FigureSpec<'_>) -> String {
@@ -184,39 +187,6 @@ impl Coordinates {
     }
 }
 
-/// The distinct combinations of the values of some columns.
-struct Groups {
-    /// The combinations as text, sorted by value.
-    labels: Vec<String>,
-    /// The index of the combination that each row has.
-    of_row: Vec<usize>,
-}
-
-impl Groups {
-    fn new(table: &DataTable, columns: &[usize]) -> Groups {
-        let names: Vec<String> = columns.iter().map(|&i| table.columns()[i].name.clone()).collect();
-        let formats: Vec<(usize, ValueFormat)> =
-            columns.iter().map(|&i| (i, ValueFormat::for_column(table, i))).collect();
-        // Sorted by value and not as text: 8 comes before 16.
-        let sorted = table.sort(&names).unwrap_or_else(|_| table.clone());
-        let label = |row: &[Cell]| {
-            formats.iter().map(|(i, format)| format.text(&row[*i])).collect::<Vec<_>>().join(", ")
-        };
-        let mut labels: Vec<String> = Vec::new();
-        let mut index = HashMap::new();
-        for row in sorted.rows() {
-            let label = label(row);
-            index.entry(label.clone()).or_insert_with(|| {
-                labels.push(label);
-                labels.len() - 1
-            });
-        }
-        let of_row =
-            table.rows().iter().map(|row| index.get(&label(row)).copied().unwrap_or(0)).collect();
-        Groups { labels, of_row }
-    }
-}
-
 /// The data of a figure, which can be drawn.
 struct FigureSource<'a> {
     table: &'a DataTable,
@@ -245,18 +215,9 @@ impl FigureSource<'_> {
                 self.spec.band.and_then(|ends| self.band(&rows, self.spec.band(values, ends))),
             );
         }
-        let (title, front, level) = (self.panel_title(panel), self.spec.front, self.spec.level);
+        let title = self.panels.panel_title(panel, self.table, self.spec, self.columns.panels);
+        let (front, level) = (self.spec.front, self.spec.level);
         PlotPanel { title, x, y, series, bands, front, level }
-    }
-
-    fn panel_title(&self, panel: usize) -> String {
-        let value = &self.panels.labels[panel];
-        let text = self.columns.panels.and_then(|column| text_in(self.table, column));
-        match (self.spec.panels, text) {
-            (None, _) => String::new(),
-            (Some(name), None) => format!("{} = {value}", self.spec.label(name)),
-            (Some(name), Some(_)) => format!("{}: {value}", self.spec.label(name)),
-        }
     }
 
     /// Returns the rows of a series in a panel, in order of x unless they lie along a path.
@@ -288,7 +249,16 @@ impl FigureSource<'_> {
         let points: Vec<(f64, f64)> =
             drawn.iter().map(|row| row.map_or((f64::NAN, f64::NAN), point)).collect();
         let fit = self.fit(&points);
-        let style = if fit.is_some() { Style::Markers } else { self.style(rows, y) };
+        let style = match self.style(rows, y) {
+            Style::Dots => Style::Dots,
+            style => {
+                if fit.is_some() {
+                    Style::Markers
+                } else {
+                    style
+                }
+            }
+        };
         // With several columns for several values, the colour tells the value and the line the
         // column.
         let related = self.columns.y.len() > 1
@@ -311,11 +281,15 @@ impl FigureSource<'_> {
             noise: self.columns.noise.map(noise).unwrap_or_default(),
             names: self.name_format.as_ref().map(name).unwrap_or_default(),
             rows: drawn,
+            ..Series::default()
         }
     }
 
     /// Returns the style of the curve of the column with index `y`, if no line is fitted to it.
     fn style(&self, rows: &[usize], y: usize) -> Style {
+        if self.spec.form == FigureForm::Scatter {
+            return if rows.len() > MOST_MARKERS { Style::Dots } else { Style::Markers };
+        }
         match (self.columns.along, self.coordinates.has_categories()) {
             (Some(_), true) => Style::Markers,
             (Some(_), false) => Style::Path,
@@ -373,11 +347,6 @@ fn paths(rows: impl Iterator<Item = (Option<f64>, usize)>) -> Vec<Option<usize>>
     joined
 }
 
-/// Returns the numbers of a column, NaN where there is none.
-fn numbers(table: &DataTable, column: usize) -> Vec<f64> {
-    table.cells(column).map(|cell| cell.number().unwrap_or(f64::NAN)).collect()
-}
-
 /// Returns the distinct values of a column in order of appearance, and the index of the value that
 /// each row has, NaN where there is none.
 fn categories(table: &DataTable, column: usize) -> (Vec<String>, Vec<f64>) {
@@ -396,12 +365,4 @@ fn categories(table: &DataTable, column: usize) -> (Vec<String>, Vec<f64>) {
     };
     let places = table.cells(column).map(&mut place).collect();
     (seen, places)
-}
-
-/// Returns the first text in a column, if it has any.
-fn text_in(table: &DataTable, column: usize) -> Option<String> {
-    table.cells(column).find_map(|cell| match cell {
-        Cell::Text(text) => Some(text.clone()),
-        _ => None,
-    })
 }

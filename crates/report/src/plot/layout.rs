@@ -5,7 +5,7 @@ use super::figure::{PlotBand, PlotFigure, PlotPanel};
 use super::legend::{Legend, LegendEntry, Sample};
 use super::sketch::FigureSketch;
 use super::slope::{SlopeKey, fitted_lines};
-use super::{band, panel, slope};
+use super::{band, bars, panel, slope};
 use crate::axis::{self, INK, LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
 use crate::font::{shorten, text_width, wrap};
 use crate::svg::{Anchor, Drawing, Rect};
@@ -329,6 +329,7 @@ fn coordinates(panels: &[PlotPanel], coordinate: fn(&PlotPoint) -> f64) -> Vec<f
             .bands
             .iter()
             .flat_map(|b| band::corners(b, panel.y.log).into_iter().chain(fitted(b)));
+        let feet = panel.series.iter().flat_map(|series| bars::corners(series, panel));
         // Only points that are drawn count: a point that is a gap must not widen the axis.
         let drawn = |p: &PlotPoint| has_place(&panel.x, p.0) && has_place(&panel.y, p.1);
         // The level is looked for on the vertical axis whatever the curves do.
@@ -336,6 +337,7 @@ fn coordinates(panels: &[PlotPanel], coordinate: fn(&PlotPoint) -> f64) -> Vec<f
         let level = x.zip(panel.level);
         curves
             .chain(bands)
+            .chain(feet)
             .chain(level)
             .filter(drawn)
             .map(|point| coordinate(&point))

@@ -2,7 +2,7 @@
 
 use super::canvas::PlotPoint;
 use super::figure::{PlotBand, Series, Style};
-use super::{band, front};
+use super::{band, curve, front};
 use crate::axis::TICK_SIZE;
 use crate::font::{shorten, text_width, wrap};
 use crate::palette::Look;
@@ -112,8 +112,11 @@ impl<'a> LegendEntry<'a> {
             Sample::Front => return front::sample(drawing, (x, y), SAMPLE),
             Sample::Open => return band::sample_of_open(drawing, (x, y), SAMPLE),
         };
-        if style != Style::Markers || fitted {
-            let width = if style == Style::Markers { 1.0 } else { 1.5 };
+        if matches!(style, Style::Bars | Style::WhiskerBars) {
+            return curve::sample_of_bars(drawing, (x, y), SAMPLE, self.look);
+        }
+        if !matches!(style, Style::Markers | Style::Dots) || fitted {
+            let width = if matches!(style, Style::Markers | Style::Dots) { 1.0 } else { 1.5 };
             drawing.push(&format!(
                 r#"<path d="M{} {}h{SAMPLE}" fill="none" stroke="{}" stroke-width="{width}"{}/>"#,
                 n(x),
@@ -123,7 +126,8 @@ impl<'a> LegendEntry<'a> {
             ));
         }
         match style {
-            Style::Line => {}
+            Style::Line | Style::Bars | Style::WhiskerBars => {}
+            Style::Dots => drawing.push(&self.look.dot(x + SAMPLE / 2.0, y)),
             Style::Path => drawing.push(&self.look.marker(x + SAMPLE, y)),
             Style::LineAndMarkers | Style::Markers => {
                 drawing.push(&self.look.marker(x + SAMPLE / 2.0, y))

@@ -7,7 +7,7 @@ use super::legend::LegendEntry;
 use super::names::{self, Obstacles};
 use super::sketch::FigureSpot;
 use super::slope::FIT_OF_BAND;
-use super::{curve, front, level, slope};
+use super::{bars, curve, front, level, slope};
 use crate::axis::LABEL_SIZE;
 use crate::palette::Look;
 use crate::pareto::{NoisyPoint, pareto_front_within};
@@ -43,7 +43,9 @@ impl PlacedSeries<'_> {
     /// Lists the pieces of the curve and of its fitted line.
     fn segments(&self, canvas: &Canvas<'_>) -> Vec<Segment> {
         let mut segments = Vec::new();
-        if self.series.style != Style::Markers {
+        let is_joined =
+            !matches!(self.series.style, Style::Markers | Style::Dots | Style::WhiskerBars);
+        if is_joined {
             let pairs = self.places.windows(2);
             segments.extend(pairs.filter_map(|pair| Some((pair[0]?, pair[1]?))));
         }
@@ -124,7 +126,10 @@ pub(super) fn draw(
     }
     for curve in &curves {
         begin(drawing, curve.series);
-        curve::draw(drawing, curve.series, &curve.places, curve.look);
+        match curve.series.style {
+            Style::WhiskerBars => bars::draw(drawing, canvas, curve.series, curve.look),
+            _ => curve::draw(drawing, curve.series, &curve.places, curve.look),
+        }
         drawing.end();
     }
     level::draw(drawing, canvas, curves.iter().map(|curve| &curve.places[..]));

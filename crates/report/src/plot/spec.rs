@@ -2,10 +2,29 @@
 
 use super::error::FigureError;
 
+/// The form in which a figure draws the rows of a table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FigureForm {
+    /// Curves through the points, in order of x.
+    #[default]
+    Curves,
+    /// Points that no line joins.
+    Scatter,
+    /// Bars that count the rows by their value along x; no column is drawn along y.
+    Histogram {
+        /// The number of bins; `None` leaves the choice to the values.
+        bins: Option<usize>,
+        /// True if bars are parts of all rows and not counts.
+        share: bool,
+    },
+}
+
 /// The columns of a table that a figure shows, for
 /// [`PlotFigure::from_table`](crate::PlotFigure::from_table).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FigureSpec<'a> {
+    /// The form in which the rows are drawn.
+    pub form: FigureForm,
     /// The column along the horizontal axis. A column of text makes an axis of categories.
     pub x: &'a str,
     /// The columns of numbers along the vertical axis, all in one unit; each is a curve. The points

@@ -2,12 +2,12 @@
 
 use proptest::prelude::*;
 use report::{
-    BandPoint, Cell, DataTable, FigureError, FigureSpec, PlotAxis, PlotBand, PlotFigure, PlotPanel,
-    Series, Style, TableColumn, png,
+    BandPoint, Cell, DataTable, FigureError, FigureForm, FigureSpec, PlotAxis, PlotBand,
+    PlotFigure, PlotPanel, Series, Style, TableColumn, png,
 };
 
 fn axis(label: &str, unit: &str, log: bool) -> PlotAxis {
-    PlotAxis { label: label.into(), unit: unit.into(), log, categories: Vec::new() }
+    PlotAxis { label: label.into(), unit: unit.into(), log, ..PlotAxis::default() }
 }
 
 fn series(label: &str, points: &[(f64, f64)]) -> Series {
@@ -95,6 +95,64 @@ fn points_with_the_same_x_are_not_joined() {
     let figure = PlotFigure::from_table(&table(), &spec).unwrap();
     assert_eq!(figure.panels[0].x.categories, ["certified"]);
     assert!(figure.svg().contains(">certified</text>"));
+}
+
+#[test]
+fn a_histogram_counts_rows() {
+    let form = FigureForm::Histogram { bins: Some(2), share: false };
+    let spec = FigureSpec {
+        form,
+        x: "peak_pressure",
+        series: &["poisson"],
+        panels: Some("mesh"),
+        ..Default::default()
+    };
+    let figure = PlotFigure::from_table(&table(), &spec).unwrap();
+    let bars = |panel: usize, series: usize| figure.panels[panel].series[series].points.clone();
+    // At mesh 16 one of three values is missing for each ν; all panels have the same bins.
+    let [least, middle, most] = [1.6e9, 20e9, 38.4e9];
+    let expected =
+        [(least, 0.0), (least, 2.0), (middle, 2.0), (middle, 0.0), (most, 0.0), (most, 0.0)];
+    assert_eq!(bars(0, 0), expected);
+    assert_eq!(
+        bars(1, 1).iter().map(|point| point.1).collect::<Vec<_>>(),
+        [0.0, 1.0, 1.0, 2.0, 2.0, 0.0]
+    );
+    assert!(figure.panels.iter().all(|panel| panel.y.label == "points" && panel.y.from_zero));
+    let shares = FigureForm::Histogram { bins: Some(2), share: true };
+    let shared = PlotFigure::from_table(&table(), &FigureSpec { form: shares, ..spec }).unwrap();
+    assert_eq!(shared.panels[1].series[0].points[3].1, 2.0 / 3.0);
+    insta::assert_snapshot!(shared.svg());
+
+    let refused =
+        |spec: &FigureSpec<'_>| PlotFigure::from_table(&table(), spec).unwrap_err().to_string();
+    let text = FigureSpec { x: "status", series: &[], panels: None, ..spec };
+    let words = "a histogram cannot be shown along `status`, which has text";
+    assert!(refused(&text).starts_with(words), "{}", refused(&text));
+    let nothing = table().filter("mesh == 1").unwrap();
+    let error = PlotFigure::from_table(&nothing, &spec).unwrap_err();
+    assert!(error.to_string().contains("there is nothing to count"), "{error}");
+}
+
+#[test]
+fn scattered_points_are_joined_by_nothing() {
+    let spec = FigureSpec {
+        form: FigureForm::Scatter,
+        x: "mu",
+        y: &["peak_pressure"],
+        series: &["mesh", "poisson"],
+        ..Default::default()
+    };
+    let figure = PlotFigure::from_table(&table(), &spec).unwrap();
+    assert!(figure.panels[0].series.iter().all(|series| series.style == Style::Markers));
+    // Very many are dots, one for each pixel.
+    let many = (0..1000).map(|row| vec![f64::from(row % 7).into(), f64::from(row % 5).into()]);
+    let heads = ["x", "y"].map(|name| TableColumn::new(name, "")).to_vec();
+    let many = DataTable::new(heads, many.collect()).unwrap();
+    let spec = FigureSpec { form: FigureForm::Scatter, x: "x", y: &["y"], ..Default::default() };
+    let figure = PlotFigure::from_table(&many, &spec).unwrap();
+    assert_eq!(figure.panels[0].series[0].style, Style::Dots);
+    assert_eq!(figure.svg().matches("<circle").count(), 35);
 }
 
 /// There are two loops one after the other: each is joined in its own order, though x comes back,
@@ -354,7 +412,10 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
         Just(Style::LineAndMarkers),
         Just(Style::Line),
         Just(Style::Path),
-        Just(Style::Markers)
+        Just(Style::Markers),
+        Just(Style::Dots),
+        Just(Style::Bars),
+        Just(Style::WhiskerBars)
     ];
     let points = || proptest::collection::vec((coordinate(), coordinate()), 0..60);
     let one = (
@@ -370,7 +431,20 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
             let names =
                 (0..points.len() * usize::from(log_x)).map(|i| format!("{name}{i}")).collect();
             let noise = points.iter().map(|point| point.1).collect();
-            Series { label, points, style, kin, fit, noise, names, rows: Vec::new() }
+            let whiskers = points.iter().map(|(x, y)| [*y, *x]).collect();
+            let bar_width = points.first().map_or(0.5, |point| point.0.abs());
+            Series {
+                label,
+                points,
+                style,
+                kin,
+                fit,
+                noise,
+                names,
+                bar_width,
+                whiskers,
+                rows: Vec::new(),
+            }
         });
     let end = (coordinate(), coordinate(), coordinate()).prop_map(|(x, low, high)| BandPoint {
         x,
@@ -395,6 +469,7 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
             unit: unit.into(),
             log,
             categories: (0..n * usize::from(!log)).map(|i| format!("category {i}")).collect(),
+            from_zero: n == 1,
         });
     let drawn = (
         proptest::collection::vec(one, 0..4),
@@ -451,9 +526,12 @@ proptest! {
         let band = with_band.then_some(("s", "y"));
         let table = DataTable::new(columns, rows.into_iter().map(cells).collect()).unwrap();
         let spec = FigureSpec { x: "x", y: &["y"], series: &["s"], panels: Some("s"), log_x, log_y, band, fit, front, names: Some("s"), ..Default::default() };
-        if let Ok(figure) = PlotFigure::from_table(&table, &spec) {
-            let svg = figure.svg();
-            prop_assert!(!svg.contains("NaN"));
+        let bins = fit.then_some(7);
+        for form in [FigureForm::Curves, FigureForm::Scatter, FigureForm::Histogram { bins, share: front }] {
+            if let Ok(figure) = PlotFigure::from_table(&table, &FigureSpec { form, ..spec }) {
+                let svg = figure.svg();
+                prop_assert!(!svg.contains("NaN"));
+            }
         }
     }
 }

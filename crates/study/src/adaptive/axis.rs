@@ -34,6 +34,11 @@ pub(super) fn ascending_axis(
         return None;
     };
     let (group, axis) = axes().nth(index)?;
+    if group.design().is_some() {
+        let message = format!("`{path}`: `{name}` is drawn by [sample]");
+        mistakes.push(Mistake::new(node.span(), message, "must be an axis of [sweep]"));
+        return None;
+    }
     let continuous = matches!(axis.key().map(Key::quantity), Some(Quantity::Number(_)));
     if !continuous || group.axes().len() > 1 {
         let why = if continuous {

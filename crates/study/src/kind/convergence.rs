@@ -70,7 +70,10 @@ impl Ladder {
     /// value.
     pub(crate) fn of(table: &KindTable, groups: &[Group]) -> Option<Ladder> {
         let group_of = |key: Key| {
-            groups.iter().position(|group| group.axes().iter().any(|axis| axis.key() == Some(key)))
+            let is_ladder = |group: &Group| {
+                group.design().is_none() && group.axes().iter().any(|axis| axis.key() == Some(key))
+            };
+            groups.iter().position(is_ladder)
         };
         let (along, group) = wanted(table).iter().find_map(|key| Some((*key, group_of(*key)?)))?;
         let reference = table.word("reference").map(|word| match word {

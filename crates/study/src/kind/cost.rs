@@ -80,10 +80,9 @@ const REPEAT: u32 = 5;
 /// Returns whether a group of axes makes rungs, which it does if one of its axes is a key of the
 /// numerics.
 pub fn is_rung(group: &Group) -> bool {
-    group
-        .axes()
-        .iter()
-        .any(|axis| axis.key().is_some_and(|key| key.path().starts_with("numerics.")))
+    let is_of_numerics =
+        |axis: &SweepAxis| axis.key().is_some_and(|key| key.path().starts_with("numerics."));
+    group.design().is_none() && group.axes().iter().any(is_of_numerics)
 }
 
 impl Cost {

@@ -47,10 +47,11 @@ fn search(assembler: &Assembler<'_>) -> Search {
     }
 }
 
-/// Makes a figure of the number of solutions over each axis.
+/// Makes a figure of the number of solutions over each axis, first over those of a sample.
 fn suggestions(_: &KindTable, groups: &[Group], _: &[Job]) -> Vec<Figure> {
     let of_axis = |over: Figure| Figure { y: vec!["solutions".to_owned()], ..over };
-    Figure::over_axes(groups).into_iter().map(of_axis).collect()
+    let over = Figure::over_drawn(groups).into_iter().chain(Figure::over_axes(groups));
+    over.map(of_axis).collect()
 }
 
 /// Reads a value from the result of a search.

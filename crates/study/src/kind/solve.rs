@@ -18,6 +18,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     name: "solve",
     table: None,
     has_accuracy: true,
+    arrange: None,
     refuses,
     assemble: |assembler, _| Job::Solve(assembler.case()),
     check: |_| Ok(()),
@@ -32,9 +33,19 @@ pub(crate) fn refuses(key: Key) -> Option<&'static str> {
     matches!(key, Key::Starts | Key::Seed).then_some("a scene is solved from one start")
 }
 
-/// Makes a figure of each quantity that the scenes leave free over each axis.
+/// Makes a figure of each quantity that the scenes leave free over each axis; of a sample, first
+/// histograms, then scatters over each key that it draws.
 fn suggestions(_: &KindTable, groups: &[Group], jobs: &[Job]) -> Vec<Figure> {
     let freedom = ScenesFreedom::of(jobs);
+    if groups.iter().any(|group| group.design().is_some()) {
+        let histogram = |name: &String| Figure::histogram(name.clone()).telling_apart(groups);
+        let histograms: Vec<Figure> = freedom.quantities("").iter().map(histogram).collect();
+        let scatters = Figure::over_drawn(groups).into_iter().flat_map(|over| {
+            let quantities = freedom.quantities(&over.x);
+            quantities.into_iter().map(move |y| Figure { y: vec![y], ..over.clone() })
+        });
+        return histograms.into_iter().chain(scatters).collect();
+    }
     let of_axis = |over: Figure| {
         let quantities = freedom.quantities(&over.x);
         quantities.into_iter().map(move |y| Figure { y: vec![y.to_owned()], ..over.clone() })

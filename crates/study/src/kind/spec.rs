@@ -6,8 +6,10 @@ use contact::model::SceneError;
 
 use crate::assemble::Assembler;
 use crate::axis::Group;
+use crate::column_name::column_name;
 use crate::columns::column::Column;
-use crate::error::{Mistake, Span};
+use crate::design::arrangement::Arrangement;
+use crate::error::{Mistake, Span, are_enough};
 use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::Key;
@@ -24,6 +26,8 @@ pub(crate) struct KindSpec {
     pub(crate) table: Option<TableSpec>,
     /// True if meshes may be chosen by the accuracy of the results.
     pub(crate) has_accuracy: bool,
+    /// Chooses the rows in which a sample's points are compared; `None` if each stands for itself.
+    pub(crate) arrange: Option<fn(&KindTable) -> Arrangement>,
     /// Tells why the jobs have no use for a key; `None` if they have.
     pub(crate) refuses: fn(Key) -> Option<&'static str>,
     /// Makes the job of a point.
@@ -62,6 +66,8 @@ pub(crate) enum TableValue {
     Word(&'static [&'static str]),
     /// A whole number from 1 to this one.
     Count(u32),
+    /// A column of numbers, or a list of such columns.
+    Columns,
 }
 
 /// The content of a kind's table in a study file.
@@ -69,12 +75,23 @@ pub(crate) enum TableValue {
 pub(crate) struct KindTable {
     words: Vec<(&'static str, &'static str)>,
     counts: Vec<(&'static str, u32)>,
+    columns: Vec<(&'static str, Vec<String>)>,
 }
 
 impl KindTable {
     /// Returns the word behind a key, if it is given.
     pub(crate) fn word(&self, name: &str) -> Option<&'static str> {
         self.words.iter().find(|(key, _)| *key == name).map(|(_, word)| *word)
+    }
+
+    /// Returns the columns behind a key; none if it is not given.
+    pub(crate) fn columns(&self, name: &str) -> &[String] {
+        self.columns.iter().find(|(key, _)| *key == name).map_or(&[], |(_, columns)| columns)
+    }
+
+    /// Returns whether a word or a number stands behind a key.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.word(name).is_some() || self.count(name).is_some()
     }
 
     /// Returns the number behind a key, if it is given.
@@ -110,12 +127,56 @@ impl TableSpec {
                     TableValue::Count(most) => {
                         read_count(&path, *most, node).map(|count| read.counts.push((name, count)))
                     }
+                    // They are read when the study's columns are known.
+                    TableValue::Columns => Ok(()),
                 };
                 mistakes.extend(result.err());
             }
         }
         (self.check)(&read, &node.map_or(0..0, |node| node.span()), groups, mistakes);
         read
+    }
+
+    /// Reads the columns that the table names, of those that the study has.
+    pub(crate) fn read_columns(
+        &self,
+        node: Option<&Node<'_>>,
+        columns: &[Column],
+        read: &mut KindTable,
+        mistakes: &mut Vec<Mistake>,
+    ) {
+        let Some(DeValue::Table(table)) = node.map(|node| node.get_ref()) else { return };
+        for (name, value) in self.keys {
+            let (TableValue::Columns, Some(node)) = (value, table.get(*name)) else { continue };
+            let path = format!("{}.{name}", self.name);
+            let named = match node.get_ref() {
+                DeValue::Array(names) => names.iter().collect(),
+                _ => vec![node],
+            };
+            if named.is_empty() {
+                let expected = "must be a column or a list of columns of numbers";
+                mistakes.push(Mistake::new(
+                    node.span(),
+                    format!("`{path}` is an empty list"),
+                    expected,
+                ));
+            }
+            let mut names: Vec<String> = Vec::new();
+            for node in named {
+                match column_name(&path, node, columns, true) {
+                    Ok(name) if names.contains(&name) => {
+                        let message = format!("`{path}`: `{name}` is listed twice");
+                        mistakes.push(Mistake::new(node.span(), message, "once is enough"));
+                    }
+                    Ok(name) => names.push(name),
+                    Err(mistake) => mistakes.push(mistake),
+                }
+                if are_enough(mistakes) {
+                    return;
+                }
+            }
+            read.columns.push((name, names));
+        }
     }
 }
 

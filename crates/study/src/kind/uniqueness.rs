@@ -142,9 +142,15 @@ fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
     })
 }
 
-/// Makes a figure of the bracket as a band over each axis.
+/// Makes a figure of the bracket as a band over each axis; of a sample, as scattered ends over each
+/// key that it draws.
 fn suggestions(_: &KindTable, groups: &[Group], _: &[Job]) -> Vec<Figure> {
-    let band = Some(["mu_low", "mu_high"].map(str::to_owned));
+    let ends = ["mu_low", "mu_high"].map(str::to_owned);
+    if groups.iter().any(|group| group.design().is_some()) {
+        let of_key = |over: Figure| Figure { y: ends.to_vec(), ..over };
+        return Figure::over_drawn(groups).into_iter().map(of_key).collect();
+    }
+    let band = Some(ends);
     let of_axis = |over: Figure| Figure { band: band.clone(), ..over };
     Figure::over_axes(groups).into_iter().map(of_axis).collect()
 }

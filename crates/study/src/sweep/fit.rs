@@ -68,7 +68,7 @@ pub(super) fn refuse_excess(table: &DeTable<'_>, node: &Node<'_>) -> Option<Mist
 }
 
 /// Refuses an axis by itself that names a value twice.
-pub(super) fn refuse_repeats(axis: &SweepAxis, mistakes: &mut Vec<Mistake>) {
+pub(crate) fn refuse_repeats(axis: &SweepAxis, mistakes: &mut Vec<Mistake>) {
     let mut seen: HashMap<String, &Choice> = HashMap::new();
     for choice in &axis.choices {
         if let Some(first) = seen.insert(choice.identity(), choice) {
@@ -122,7 +122,7 @@ pub(super) fn refuse_repeated_rows(axes: &[SweepAxis], mistakes: &mut Vec<Mistak
     }
 }
 
-pub(super) fn refuse_overlaps(groups: &[Group], mistakes: &mut Vec<Mistake>) {
+pub(crate) fn refuse_overlaps(groups: &[Group], mistakes: &mut Vec<Mistake>) {
     let axes: Vec<&SweepAxis> = groups.iter().flat_map(|group| &group.axes).collect();
     for (index, axis) in axes.iter().enumerate() {
         if are_enough(mistakes) {

@@ -405,19 +405,10 @@ fn figures() {
     let axes = "[sweep]\nfriction.mu = [0.1, 0.2, 0.3]\nmesh = [8, 16]\nprojection = [\"average\", \"midpoint\"]\n";
     let study = read(&format!("{SPHERE}{axes}"));
     let figure = |x: &str, y: &str, series: &[&str], log_y| Figure {
-        name: "1".to_owned(),
-        title: None,
-        x: x.to_owned(),
-        y: vec![y.to_owned()],
         series: series.iter().map(|name| (*name).to_owned()).collect(),
         panels: Some("projection".to_owned()),
-        steps: false,
-        log_x: false,
         log_y,
-        fit: false,
-        band: None,
-        front: false,
-        names: None,
+        ..Figure::new(x.to_owned(), vec![y.to_owned()])
     };
     assert_eq!(study.figures(), [figure("mu", "stick_fraction", &["mesh"], false)]);
     let own = "[figure]\nx = \"numerics.mesh\"\ny = \"residual\"\nlog_y = true\npanels = \"projection\"\n";

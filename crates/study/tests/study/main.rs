@@ -6,5 +6,7 @@ mod kinds;
 mod limits;
 mod materials;
 mod refused;
+mod sample;
+mod sensitivity;
 mod simulate;
 mod sphere;

@@ -1,0 +1,244 @@
+//! What the rows of a design say of the influence of each key on a result: Sobol' indices or
+//! elementary effects, the most influential key first.
+
+use report::{Cell, DataTable, TableColumn};
+use study::kind::sensitivity::{SensitivityMethod, SobolEstimators};
+use study::{Column, Design, Study};
+
+use crate::comparison::AnswerTable;
+use crate::described::{ends, independence, number, sentence};
+use crate::error::AnswerError;
+use crate::evidence::Evidence;
+use crate::place::{PointGroup, StudyPlace, group_points};
+use crate::sensitivity::morris;
+use crate::sensitivity::sobol::{self, EstimatorForm, Estimators, SaltelliOutputs};
+
+/// The names of the columns of Sobol' indices, those of SALib.
+const SOBOL: [&str; 6] = ["S1", "S1_low", "S1_high", "ST", "ST_low", "ST_high"];
+/// The names of the columns of elementary effects, those of SALib.
+const MORRIS: [&str; 5] = ["mu_star", "mu_star_low", "mu_star_high", "mu", "sigma"];
+
+/// Returns the influence of each key on some results, a table for each, and how many rows count.
+pub(crate) fn tables(
+    evidence: &Evidence<'_>,
+    columns: &[Column],
+) -> Result<Vec<AnswerTable>, AnswerError> {
+    let Some(frame) = DesignFrame::of(evidence)? else { return Ok(Vec::new()) };
+    let mut tables = Vec::new();
+    for column in columns {
+        let (mut rows, mut said) = (Vec::new(), Vec::new());
+        for group in &frame.groups {
+            let outputs = frame.outputs(evidence, column, group);
+            let found = frame.influences(&outputs);
+            said.push(frame.words(column, &group.place, &outputs, &found));
+            rows.extend(frame.ranked(&group.place, found));
+        }
+        let table = DataTable::new(frame.heads(evidence.study, column), rows)?;
+        let title = format!("sensitivity of {}", column.name);
+        tables.push(AnswerTable { title: title.into(), table });
+        let rows = sentence("", said.join("\n"))?;
+        tables.push(AnswerTable { title: format!("rows of {}", column.name).into(), ..rows });
+    }
+    tables.push(sentence("independence", independence(frame.design.method()))?);
+    Ok(tables)
+}
+
+/// The design of a study with its points.
+struct DesignFrame<'a> {
+    design: &'a Design,
+    method: SensitivityMethod,
+    /// The columns of the keys that are drawn.
+    inputs: Vec<String>,
+    /// The step of the design at each point.
+    steps: Vec<usize>,
+    groups: Vec<PointGroup>,
+}
+
+/// The outputs at the rows of a design.
+struct RowOutputs {
+    /// The index of each row whose points all have a value, with these values.
+    whole: Vec<(usize, Vec<f64>)>,
+    /// The number of rows that a point without a value spoils.
+    failed: usize,
+    /// The number of other rows that are not complete yet.
+    left: usize,
+}
+
+impl<'a> DesignFrame<'a> {
+    fn of(evidence: &Evidence<'a>) -> Result<Option<Self>, AnswerError> {
+        let Evidence { study, points, .. } = *evidence;
+        let sample = study.sample().and_then(|group| Some((group, group.design()?)));
+        let (Some((group, design)), Some(method)) = (sample, study.sensitivity()) else {
+            return Ok(None);
+        };
+        let steps: Vec<usize> =
+            study.indices().filter_map(|index| study.step_of_sample(index)).collect();
+        if steps.len() != points.len() {
+            return Err(AnswerError::Inconsistent("a point of the design is missing"));
+        }
+        let inputs = group.axes().iter().map(|axis| axis.column().into_owned()).collect();
+        let is_of_sample = |group: usize| study.groups()[group].design().is_some();
+        let groups = group_points(study, points, is_of_sample);
+        Ok(Some(Self { design, method, inputs, steps, groups }))
+    }
+
+    /// Gathers the outputs of the rows at one place.
+    fn outputs(&self, evidence: &Evidence<'_>, column: &Column, group: &PointGroup) -> RowOutputs {
+        let length = self.design.row_length();
+        let mut members: Vec<Vec<Option<usize>>> =
+            vec![vec![None; length]; self.design.count() as usize];
+        for point in &group.members {
+            let step = self.steps[*point];
+            members[step / length][step % length] = Some(*point);
+        }
+        let mut outputs = RowOutputs { whole: Vec::new(), failed: 0, left: 0 };
+        for (row, points) in members.iter().enumerate() {
+            let value = |point: &Option<usize>| number(evidence, column, (*point)?);
+            let has_ended = |point: &Option<usize>| {
+                point
+                    .is_some_and(|point| evidence.records.contains_key(&evidence.points[point].key))
+            };
+            match points.iter().map(value).collect::<Option<Vec<f64>>>() {
+                Some(values) => outputs.whole.push((row, values)),
+                None if points.iter().any(|point| has_ended(point) && value(point).is_none()) => {
+                    outputs.failed += 1;
+                }
+                None => outputs.left += 1,
+            }
+        }
+        outputs
+    }
+
+    fn heads(&self, study: &Study, column: &Column) -> Vec<TableColumn> {
+        let mut heads =
+            self.groups.first().map(|group| group.place.heads(study)).unwrap_or_default();
+        heads.push(TableColumn::new("input", ""));
+        match self.method {
+            SensitivityMethod::Sobol(_) => {
+                heads.extend(SOBOL.map(|name| TableColumn::new(name, "")));
+            }
+            SensitivityMethod::Morris => {
+                heads.extend(MORRIS.map(|name| TableColumn::new(name, column.unit())));
+            }
+        }
+        heads
+    }
+
+    /// Returns the influence of each key; none if the rows of the design say nothing.
+    fn influences(&self, outputs: &RowOutputs) -> Vec<Influence> {
+        match self.method {
+            SensitivityMethod::Sobol(estimators) => self.indices(estimators, outputs),
+            SensitivityMethod::Morris => self.effects(outputs),
+        }
+    }
+
+    /// Returns a row of the table for each key, the most influential one first.
+    fn ranked(&self, place: &StudyPlace, found: Vec<Influence>) -> Vec<Vec<Cell>> {
+        let mut ranked: Vec<(&String, Influence)> = self.inputs.iter().zip(found).collect();
+        // The sort is stable: of equal ones the first in the file stays first.
+        ranked.sort_by(|(_, a), (_, b)| b.rank.total_cmp(&a.rank));
+        let row = |(input, influence): (&String, Influence)| {
+            let mut row = place.cells();
+            row.push(Cell::Text(input.clone()));
+            row.extend(influence.cells);
+            row
+        };
+        ranked.into_iter().map(row).collect()
+    }
+
+    fn indices(&self, estimators: SobolEstimators, outputs: &RowOutputs) -> Vec<Influence> {
+        let inputs = self.inputs.len();
+        let member =
+            |member: usize| outputs.whole.iter().map(|(_, values)| values[member]).collect();
+        let outputs = SaltelliOutputs {
+            a: member(0),
+            ab: (1..=inputs).map(member).collect(),
+            b: member(inputs + 1),
+        };
+        let indices = sobol::indices(&outputs, forms(estimators)).unwrap_or_default();
+        let of_input = |indices: sobol::SobolIndices| {
+            let of = [indices.first, indices.total];
+            let cells = of.map(|index| {
+                let [low, high] = ends(index.interval);
+                [Cell::Number(index.value), low, high]
+            });
+            Influence { rank: indices.total.value, cells: cells.concat() }
+        };
+        indices.into_iter().map(of_input).collect()
+    }
+
+    fn effects(&self, outputs: &RowOutputs) -> Vec<Influence> {
+        let (length, inputs) = (self.design.row_length(), self.inputs.len());
+        let place = |step: usize| {
+            (0..inputs).map(|input| self.design.coordinate(step as u32, input)).collect()
+        };
+        let of_row = |(row, values): &(usize, Vec<f64>)| {
+            let points: Vec<Vec<f64>> = (row * length..(row + 1) * length).map(place).collect();
+            morris::elementary(&points, values)
+        };
+        let all: Vec<Vec<f64>> = outputs.whole.iter().filter_map(of_row).collect();
+        let of_input = |input: usize| all.iter().map(|effects| effects[input]).collect();
+        let elementary: Vec<Vec<f64>> = (0..inputs).map(of_input).collect();
+        let influence = |effects: morris::InputEffects| {
+            let [low, high] = ends(effects.interval);
+            let deviation = effects.deviation.map_or(Cell::Missing, Cell::Number);
+            let [absolute, mean] = [effects.absolute, effects.mean].map(Cell::Number);
+            Influence { rank: effects.absolute, cells: vec![absolute, low, high, mean, deviation] }
+        };
+        let effects = morris::effects(&elementary).unwrap_or_default();
+        effects.into_iter().map(influence).collect()
+    }
+
+    /// Says how many rows count, and what the indices of first order sum up to.
+    fn words(
+        &self,
+        column: &Column,
+        place: &StudyPlace,
+        outputs: &RowOutputs,
+        found: &[Influence],
+    ) -> String {
+        let RowOutputs { whole, failed, left } = outputs;
+        let (count, name) = (self.design.count(), &column.name);
+        let rows = match self.method {
+            SensitivityMethod::Sobol(_) => "rows",
+            SensitivityMethod::Morris => "trajectories",
+        };
+        let mut words = match place.values.is_empty() {
+            true => String::new(),
+            false => format!("{}: ", place.scene()),
+        };
+        words += &format!("{} of {count} {rows} count for {name}", whole.len());
+        if *failed > 0 {
+            words += &format!("; {failed} with a point that failed or has no {name} are left out");
+        }
+        if *left > 0 {
+            words += &format!("; {left} are not complete yet");
+        }
+        if self.method == SensitivityMethod::Morris {
+            return words;
+        }
+        if found.is_empty() {
+            let why = if whole.len() < 2 { "two rows are needed" } else { "it does not vary" };
+            return words + &format!("; there are no indices: {why}");
+        }
+        let first = |influence: &Influence| influence.cells[0].number().unwrap_or(0.0);
+        let sum: f64 = found.iter().map(first).sum();
+        words + &format!("; the indices of first order sum up to {sum:.2}")
+    }
+}
+
+/// The influence of a key.
+struct Influence {
+    /// The figure by which keys are ranked.
+    rank: f64,
+    cells: Vec<Cell>,
+}
+
+fn forms(estimators: SobolEstimators) -> Estimators {
+    let (first, total) = match estimators {
+        SobolEstimators::Usual => (EstimatorForm::Products, EstimatorForm::Differences),
+        SobolEstimators::Saltelli => (EstimatorForm::Products, EstimatorForm::Products),
+        SobolEstimators::Jansen => (EstimatorForm::Differences, EstimatorForm::Differences),
+    };
+    Estimators { first, total }
+}

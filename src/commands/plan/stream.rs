@@ -1,0 +1,83 @@
+//! The sums of a plan of more points than are listed: they pass one by one, and of each only 24
+//! bytes stay, which tell its job and its operator from others.
+
+use std::collections::HashSet;
+
+use answers::{forecast, increments_of};
+use anyhow::{Result, bail};
+use contact::Forecast;
+use identity::JobKey;
+use rayon::prelude::*;
+use store::StoreReader;
+use study::{Study, StudyPoint};
+
+use super::tally::PlanTally;
+
+/// The largest number of points of a plan, which then takes about half a GiB.
+const MOST_PLANNED: usize = 10_000_000;
+
+/// The number of points whose forecasts are made at a time.
+const AT_A_TIME: usize = 16_384;
+
+/// The number of points whose effects and whose scenes are looked at more closely.
+const LOOKED_AT: usize = 256;
+
+/// A point of a plan.
+struct PlannedPoint {
+    key: JobKey,
+    forecast: Forecast,
+    increments: u64,
+}
+
+/// Returns some points of a study, evenly spread.
+pub(super) fn spread(study: &Study) -> Vec<StudyPoint> {
+    let count = LOOKED_AT.min(study.len());
+    let index = |point: usize| point * (study.len() - 1) / (count - 1).max(1);
+    (0..count).into_par_iter().filter_map(|point| study.point(index(point))).collect()
+}
+
+/// Returns the sums over all points of a study; a point without meaning is an error.
+pub(super) fn tally(study: &Study, reader: Option<&StoreReader>) -> Result<PlanTally> {
+    if study.len() > MOST_PLANNED {
+        bail!(
+            "the study has {} points, and {MOST_PLANNED} at most are planned at once; `plan \
+             --shards COUNT` counts them in shards, and `plan --shard 1/COUNT` plans one of these",
+            study.len()
+        );
+    }
+    let mut tally = PlanTally { points: study.len(), ..PlanTally::default() };
+    // Half of a digest tells 10⁷ jobs apart but for one chance in 10²⁴.
+    let mut seen: HashSet<u128> = HashSet::new();
+    for first in (0..study.len()).step_by(AT_A_TIME) {
+        let last = study.len().min(first + AT_A_TIME);
+        let points: Vec<Result<PlannedPoint>> =
+            (first..last).into_par_iter().map(|index| planned(study, index)).collect();
+        let mut distinct = Vec::with_capacity(points.len());
+        for point in points {
+            let point = point?;
+            if seen.insert(half(&point.key)) {
+                distinct.push(point);
+            }
+        }
+        let keys: Vec<JobKey> = distinct.iter().map(|point| point.key).collect();
+        let is_cached = match reader {
+            Some(reader) => reader.contains(&keys)?,
+            None => vec![false; keys.len()],
+        };
+        tally.jobs += distinct.len();
+        for (point, _) in distinct.iter().zip(is_cached).filter(|(_, cached)| !cached) {
+            tally.add(&point.forecast, point.increments);
+        }
+    }
+    Ok(tally)
+}
+
+fn planned(study: &Study, index: usize) -> Result<PlannedPoint> {
+    let job = study.job_at(index)?;
+    let forecast = forecast(&job, study.surfaces()).map_err(|error| study.refuse(index, &error))?;
+    Ok(PlannedPoint { key: job.key(), forecast, increments: increments_of(&job) })
+}
+
+fn half(key: &JobKey) -> u128 {
+    key.0.first_chunk().map_or(0, |bytes| u128::from_be_bytes(*bytes))
+}

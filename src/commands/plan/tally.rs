@@ -1,0 +1,47 @@
+//! The sums of a plan.
+
+use std::collections::{BTreeMap, HashSet};
+
+use contact::Forecast;
+
+/// The numbers of points and jobs, and the sums over the jobs that are left to run.
+#[derive(Default)]
+pub(super) struct PlanTally {
+    pub(super) points: usize,
+    /// The number of distinct jobs, those with a result included.
+    pub(super) jobs: usize,
+    pub(super) to_run: usize,
+    pub(super) increments: u64,
+    /// The time of all jobs \[s\].
+    pub(super) seconds: f64,
+    /// The time of the longest job \[s\].
+    pub(super) longest: f64,
+    /// The memory of the largest job \[bytes\].
+    pub(super) largest: u64,
+    pub(super) operators: HashSet<u64>,
+    /// The jobs on meshes of each size, by the numbers of elements along x and y.
+    pub(super) meshes: BTreeMap<[usize; 2], MeshShare>,
+}
+
+/// The jobs on meshes of the same size.
+#[derive(Default)]
+pub(super) struct MeshShare {
+    pub(super) jobs: usize,
+    /// Their time \[s\].
+    pub(super) seconds: f64,
+}
+
+impl PlanTally {
+    /// Adds a job that is left to run.
+    pub(super) fn add(&mut self, forecast: &Forecast, increments: u64) {
+        self.to_run += 1;
+        self.increments += increments;
+        self.seconds += forecast.seconds;
+        self.longest = self.longest.max(forecast.seconds);
+        self.largest = self.largest.max(forecast.memory);
+        self.operators.insert(forecast.operator);
+        let share = self.meshes.entry(forecast.elements).or_default();
+        share.jobs += 1;
+        share.seconds += forecast.seconds;
+    }
+}
