@@ -1,10 +1,10 @@
-//! What is known of a column at a point.
+//! The value of a column at a point, as far as it is known.
 
 use study::{Column, Record, StudyPoint};
 
 use crate::records::RecordMap;
 
-/// What is known of a column at a point.
+/// The value of a column at a point, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum ColumnValue {
     /// The job of the point is left.

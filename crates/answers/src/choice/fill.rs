@@ -1,5 +1,7 @@
 //! Adds points to a curve or a map where it bends most.
 
+use std::collections::BTreeMap;
+
 use study::columns::find;
 use study::{Column, Filling, Study, StudyPoint};
 
@@ -58,14 +60,14 @@ impl<'a> Filler<'a> {
         let only = [0.0];
         let across = measured.get(1).map_or(&only[..], |values| values);
         let mut leaves = Leaves::new([&measured[0], across]);
-        let mut points = std::collections::BTreeMap::new();
+        let mut points = BTreeMap::new();
         let Filling { to, at_most, .. } = *self.filling;
-        let end = leaves.fill(&FillingEnds { to, at_most, noise }, |at| {
+        let end = leaves.fill(&FillingEnds { to, at_most, noise }, |place| {
             let point = self
-                .point(first, at)
+                .point(first, place)
                 .ok_or(AnswerError::Inconsistent("a value between two of the study is no job"))?;
             let value = ColumnValue::of(&self.column, &point, self.records);
-            points.insert(at, point);
+            points.insert(place, point);
             Ok::<_, AnswerError>(value)
         })?;
         let given: usize = self.lines.iter().map(|lines| lines.length).product();
@@ -80,8 +82,9 @@ impl<'a> Filler<'a> {
     }
 
     /// Returns the point at a place.
-    fn point(&self, first: usize, at: GridPlace) -> Option<StudyPoint> {
-        let places = || self.lines.iter().zip(at).map(|(lines, at)| (lines, index_and_part(at)));
+    fn point(&self, first: usize, place: GridPlace) -> Option<StudyPoint> {
+        let places =
+            || self.lines.iter().zip(place).map(|(lines, along)| (lines, index_and_part(along)));
         if places().all(|(_, (_, part))| part == 0.0) {
             let steps = places().map(|(lines, (index, _))| index * lines.stride);
             return self.study.point(first + steps.sum::<usize>());

@@ -2,9 +2,9 @@
 //! axis tell the places apart.
 //!
 //! Every interval between two given values at whose ends the result lies on different sides is
-//! [narrowed](super::narrowing), all of them in the same rounds ([`roots`](super::roots)). Where the result is the same value
-//! at a point, that is said, and whether it crosses there. Where a job was not solved, the interval
-//! beside it stays open.
+//! [narrowed](super::narrowing), all of them in the same rounds. Where the result is the same
+//! value at a point, that is said, and whether it crosses there. Where a job was not solved, the
+//! interval beside it stays open.
 
 use study::columns::find;
 use study::{Column, RootSearch, Study, StudyPoint};

@@ -3,12 +3,12 @@
 //! A cell is an interval of a curve or a rectangle of a map. It bends along an axis by what the
 //! straight line between its ends is off there, by estimate: an eighth of its length times the sum
 //! of the changes of slope at both ends. For a parabola that is twice what is true, for a kink at
-//! least half of it. The height of the triangle that the line makes with the continued lines of the
-//! neighbours is sharper for both, but nothing where a point lies just on the middle of a steep
-//! step, which is where given values often lie. A map is interpolated between the four corners of a
-//! cell, so what it is off by is the sum over both axes. Cells are halved along the axis along which
-//! they bend more. The first and the last interval of a curve are halved in any case: a neighbour
-//! on one side hides where the curve begins to bend.
+//! least half of it. The height of the triangle that the line makes with the continued lines of
+//! the neighbours is sharper for both, but nothing where a point lies just on the middle of a
+//! steep step, which is where given values often lie. A map is interpolated between the four
+//! corners of a cell, so what it is off by is the sum over both axes. Cells are halved along the
+//! axis along which they bend more. The first and the last interval of a curve are halved in any
+//! case: a neighbour on one side hides where the curve begins to bend.
 //!
 //! All cells that bend too much are halved at once, and what comes next is decided when all their
 //! new points have values. So the points follow from the values alone, and neither the order nor
@@ -67,11 +67,11 @@ pub(super) enum FillingEnd {
     Smooth,
     /// Nothing varies.
     Flat,
-    /// What still bends does so within a part of the axis that is small enough.
+    /// The cells that still bend are a part of the axis that is small enough.
     Steep,
     /// There is a cell beside a point without a value.
     Void,
-    /// As many points were added as there may be.
+    /// The number of points that may be added is reached.
     Full,
 }
 
@@ -81,7 +81,7 @@ pub(super) struct Leaves {
     /// The given values of each axis, as the drawing measures them, from 0 to 1.
     given: [Vec<f64>; 2],
     leaves: Vec<Leaf>,
-    /// What is known at each point.
+    /// The value at each point, as far as it is known.
     pub(super) values: BTreeMap<GridPlace, ColumnValue>,
     /// The values along each axis: by the place along the other one, then by that along it.
     lines: [BTreeMap<GridPlace, f64>; 2],

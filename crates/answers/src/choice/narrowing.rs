@@ -1,18 +1,20 @@
 //! Narrows an interval in which a function changes its sign.
 //!
-//! The method is ITP (interpolate, truncate, project) of Oliveira & Takahashi, 2020, An Enhancement
-//! of the Bisection Method Average Performance Preserving Minmax Optimality, ACM Transactions on
-//! Mathematical Software 47, 5:1–24, doi:10.1145/3423597. Its projection lets no function take more
-//! than three steps above bisection, with the rounding of abscissae. Here each step is a job, `plan`
-//! says how many there can be, and columns that count elements are stairs: Brent's method and
-//! Chandrupatla's alone bound the number of steps by a multiple of that of bisection.
+//! The method is ITP (interpolate, truncate, project) of Oliveira & Takahashi, 2020, An
+//! Enhancement of the Bisection Method Average Performance Preserving Minmax Optimality, ACM
+//! Transactions on Mathematical Software 47, 5:1–24, doi:10.1145/3423597. Its projection lets no
+//! function take more than three steps above bisection, with the rounding of abscissae. Here each
+//! step is a job, `plan` says how many there can be, and columns that count elements are stairs:
+//! Brent's method and Chandrupatla's alone bound the number of steps by a multiple of that of
+//! bisection.
 //!
-//! The authors interpolate by a straight line, which stays on one side of the root where a function
-//! is convex over a wide interval; the projection then makes of it no more than bisection. So the
-//! interpolation here is inverse quadratic by the criterion of Chandrupatla, 1997, Advances in
-//! Engineering Software 28, 145–149, doi:10.1016/S0965-9978(96)00051-8. Over nineteen functions and
-//! tolerances of 1e-2, 1e-3 and 1e-6, as prototyped, straight lines took 102, 134 and 227 steps,
-//! this 99, 118 and 198, bisection 133, 190 and 380; `1/x` to 1e-6 takes 7 steps in place of 21.
+//! The authors interpolate by a straight line, which stays on one side of the root where a
+//! function is convex over a wide interval; the projection then makes of it no more than
+//! bisection. So the interpolation here is inverse quadratic by the criterion of Chandrupatla,
+//! 1997, Advances in Engineering Software 28, 145–149, doi:10.1016/S0965-9978(96)00051-8. Over
+//! nineteen functions and tolerances of 1e-2, 1e-3 and 1e-6, as prototyped, straight lines took
+//! 102, 134 and 227 steps, this 99, 118 and 198, bisection 133, 190 and 380; `1/x` to 1e-6 takes 7
+//! steps in place of 21.
 //!
 //! What is evaluated next follows from the values so far, so the search is the same whoever
 //! computes them and however often it is begun again.

@@ -17,7 +17,7 @@ pub(super) struct RootLine {
     pub(super) to: f64,
 }
 
-/// What a search along a line has found.
+/// The result of a search along a line.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LineRoots {
     /// The findings, in the order of the axis.
