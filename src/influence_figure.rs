@@ -9,8 +9,8 @@ use study::label::label;
 /// The largest number of keys that a panel shows.
 const MOST_KEYS: usize = 20;
 
-/// The longest label of a key, in characters. A longer one would be cut, and the words of its column
-/// stand in its place.
+/// The longest label of a key, in characters. A longer one would be cut, and the words of its
+/// column stand in its place.
 const LONGEST: usize = 20;
 
 /// Draws the influence of each key on the results along y, with a note of what is `missing`.

@@ -1,5 +1,5 @@
-//! What the points of a sample say: means, deviations and quantiles of columns, and how many points
-//! failed.
+//! Descriptions of what the points of a sample say: means, deviations and quantiles of columns, and
+//! how many points failed.
 
 use report::{Cell, DataTable, TableColumn};
 use study::{Column, Record, SamplingMethod};

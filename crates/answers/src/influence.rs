@@ -1,5 +1,5 @@
-//! What the rows of a design say of the influence of each key on a result: Sobol' indices or
-//! elementary effects, the most influential key first.
+//! The influence of each key on a result, from the rows of a design: Sobol' indices or elementary
+//! effects, the most influential key first.
 
 use report::{Cell, DataTable, TableColumn};
 use study::kind::sensitivity::{SensitivityMethod, SobolEstimators};
@@ -12,6 +12,7 @@ use crate::evidence::Evidence;
 use crate::place::{PointGroup, StudyPlace, group_points};
 use crate::sensitivity::morris;
 use crate::sensitivity::sobol::{self, EstimatorForm, Estimators, SaltelliOutputs};
+use crate::variation::noise;
 
 /// The names of the columns of Sobol' indices, those of SALib.
 const SOBOL: [&str; 6] = ["S1", "S1_low", "S1_high", "ST", "ST_low", "ST_high"];
@@ -49,6 +50,8 @@ struct DesignFrame<'a> {
     method: SensitivityMethod,
     /// The columns of the keys that are drawn.
     inputs: Vec<String>,
+    /// The relative change below which a result counts as constant.
+    noise: f64,
     /// The step of the design at each point.
     steps: Vec<usize>,
     groups: Vec<PointGroup>,
@@ -62,6 +65,16 @@ struct RowOutputs {
     failed: usize,
     /// The number of other rows that are not complete yet.
     left: usize,
+}
+
+impl RowOutputs {
+    /// Returns whether the outputs differ by more than a relative noise.
+    fn vary(&self, noise: f64) -> bool {
+        let all = || self.whole.iter().flat_map(|(_, values)| values.iter().copied());
+        let least = all().fold(f64::INFINITY, f64::min);
+        let most = all().fold(f64::NEG_INFINITY, f64::max);
+        most - least > noise * least.abs().max(most.abs())
+    }
 }
 
 impl<'a> DesignFrame<'a> {
@@ -79,7 +92,8 @@ impl<'a> DesignFrame<'a> {
         let inputs = group.axes().iter().map(|axis| axis.column().into_owned()).collect();
         let is_of_sample = |group: usize| study.groups()[group].design().is_some();
         let groups = group_points(study, points, is_of_sample);
-        Ok(Some(Self { design, method, inputs, steps, groups }))
+        let noise = noise(points);
+        Ok(Some(Self { design, method, inputs, noise, steps, groups }))
     }
 
     /// Gathers the outputs of the rows at one place.
@@ -125,19 +139,20 @@ impl<'a> DesignFrame<'a> {
     }
 
     /// Returns the influence of each key; none if the rows of the design say nothing.
-    fn influences(&self, outputs: &RowOutputs) -> Vec<Influence> {
+    fn influences(&self, outputs: &RowOutputs) -> Vec<KeyInfluence> {
         match self.method {
+            _ if !outputs.vary(self.noise) => Vec::new(),
             SensitivityMethod::Sobol(estimators) => self.indices(estimators, outputs),
             SensitivityMethod::Morris => self.effects(outputs),
         }
     }
 
     /// Returns a row of the table for each key, the most influential one first.
-    fn ranked(&self, place: &StudyPlace, found: Vec<Influence>) -> Vec<Vec<Cell>> {
-        let mut ranked: Vec<(&String, Influence)> = self.inputs.iter().zip(found).collect();
+    fn ranked(&self, place: &StudyPlace, found: Vec<KeyInfluence>) -> Vec<Vec<Cell>> {
+        let mut ranked: Vec<(&String, KeyInfluence)> = self.inputs.iter().zip(found).collect();
         // The sort is stable: of equal ones the first in the file stays first.
         ranked.sort_by(|(_, a), (_, b)| b.rank.total_cmp(&a.rank));
-        let row = |(input, influence): (&String, Influence)| {
+        let row = |(input, influence): (&String, KeyInfluence)| {
             let mut row = place.cells();
             row.push(Cell::Text(input.clone()));
             row.extend(influence.cells);
@@ -146,7 +161,7 @@ impl<'a> DesignFrame<'a> {
         ranked.into_iter().map(row).collect()
     }
 
-    fn indices(&self, estimators: SobolEstimators, outputs: &RowOutputs) -> Vec<Influence> {
+    fn indices(&self, estimators: SobolEstimators, outputs: &RowOutputs) -> Vec<KeyInfluence> {
         let inputs = self.inputs.len();
         let member =
             |member: usize| outputs.whole.iter().map(|(_, values)| values[member]).collect();
@@ -162,12 +177,13 @@ impl<'a> DesignFrame<'a> {
                 let [low, high] = ends(index.interval);
                 [Cell::Number(index.value), low, high]
             });
-            Influence { rank: indices.total.value, cells: cells.concat() }
+            let cells = cells.concat().into_iter().map(without_rounding).collect();
+            KeyInfluence { rank: indices.total.value, cells }
         };
         indices.into_iter().map(of_input).collect()
     }
 
-    fn effects(&self, outputs: &RowOutputs) -> Vec<Influence> {
+    fn effects(&self, outputs: &RowOutputs) -> Vec<KeyInfluence> {
         let (length, inputs) = (self.design.row_length(), self.inputs.len());
         let place = |step: usize| {
             (0..inputs).map(|input| self.design.coordinate(step as u32, input)).collect()
@@ -183,7 +199,10 @@ impl<'a> DesignFrame<'a> {
             let [low, high] = ends(effects.interval);
             let deviation = effects.deviation.map_or(Cell::Missing, Cell::Number);
             let [absolute, mean] = [effects.absolute, effects.mean].map(Cell::Number);
-            Influence { rank: effects.absolute, cells: vec![absolute, low, high, mean, deviation] }
+            KeyInfluence {
+                rank: effects.absolute,
+                cells: vec![absolute, low, high, mean, deviation],
+            }
         };
         let effects = morris::effects(&elementary).unwrap_or_default();
         effects.into_iter().map(influence).collect()
@@ -195,7 +214,7 @@ impl<'a> DesignFrame<'a> {
         column: &Column,
         place: &StudyPlace,
         outputs: &RowOutputs,
-        found: &[Influence],
+        found: &[KeyInfluence],
     ) -> String {
         let RowOutputs { whole, failed, left } = outputs;
         let (count, name) = (self.design.count(), &column.name);
@@ -214,24 +233,38 @@ impl<'a> DesignFrame<'a> {
         if *left > 0 {
             words += &format!("; {left} are not complete yet");
         }
-        if self.method == SensitivityMethod::Morris {
+        let is_sobol = matches!(self.method, SensitivityMethod::Sobol(_));
+        if found.is_empty() {
+            let why = match whole.len() {
+                1 if is_sobol => "two rows are needed",
+                0 => "none is whole",
+                _ => "it does not vary by more than the solver's tolerance",
+            };
+            return words + &format!("; nothing moves it that could be told: {why}");
+        }
+        if !is_sobol {
             return words;
         }
-        if found.is_empty() {
-            let why = if whole.len() < 2 { "two rows are needed" } else { "it does not vary" };
-            return words + &format!("; there are no indices: {why}");
-        }
-        let first = |influence: &Influence| influence.cells[0].number().unwrap_or(0.0);
+        let first = |influence: &KeyInfluence| influence.cells[0].number().unwrap_or(0.0);
         let sum: f64 = found.iter().map(first).sum();
         words + &format!("; the indices of first order sum up to {sum:.2}")
     }
 }
 
 /// The influence of a key.
-struct Influence {
+struct KeyInfluence {
     /// The figure by which keys are ranked.
     rank: f64,
     cells: Vec<Cell>,
+}
+
+/// Returns an index without what rounding leaves of 0: parts of 10⁻¹² of the variance.
+fn without_rounding(cell: Cell) -> Cell {
+    match cell {
+        // The sum turns −0 into 0.
+        Cell::Number(x) => Cell::Number((x * 1e12).round() / 1e12 + 0.0),
+        cell => cell,
+    }
 }
 
 fn forms(estimators: SobolEstimators) -> Estimators {

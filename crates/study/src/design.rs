@@ -96,7 +96,7 @@ impl Design {
     }
 
     /// Makes the design of `count` rows of points. There are at most
-    /// [`Arrangement::most_dimensions`].
+    /// [`most_dimensions`](Design::most_dimensions).
     pub fn of_rows(
         method: SamplingMethod,
         count: u32,
@@ -104,7 +104,7 @@ impl Design {
         dimensions: usize,
         arrangement: Arrangement,
     ) -> Design {
-        let inputs = dimensions.min(arrangement.most_dimensions());
+        let inputs = dimensions.min(Design::most_dimensions(arrangement));
         let dimensions = inputs * arrangement.coordinates_of_input();
         let key = hashed(&[u64::from(seed)]);
         let generator = match method {
@@ -117,6 +117,11 @@ impl Design {
         };
         let generator = Arc::new(generator);
         Design { method, count, seed, dimensions: inputs, arrangement, generator }
+    }
+
+    /// Returns the largest number of dimensions of a design in some arrangement.
+    pub fn most_dimensions(arrangement: Arrangement) -> usize {
+        MOST_DIMENSIONS / arrangement.coordinates_of_input()
     }
 
     /// Returns the method.

@@ -73,10 +73,11 @@ fn indices_are_those_of_the_closed_form_and_more_rows_keep_the_jobs() {
     assert_eq!(names, ["normal_force", "shear_modulus", "radius"], "the most influential first");
     for (name, [first, total]) in hertz() {
         let row = found.iter().find(|row| row["input"] == name).unwrap();
-        for (index, expected) in [("S1", first), ("ST", total)] {
+        // Of 64 rows, means of products are noisier than means of squared differences.
+        for (index, expected, error) in [("S1", first, 0.1), ("ST", total, 0.05)] {
             let [low, high] = ["low", "high"].map(|end| number(row, &format!("{index}_{end}")));
             assert!(low <= expected && expected <= high, "{expected}: {row}");
-            assert!((number(row, index) - expected).abs() < 0.06, "{expected}: {row}");
+            assert!((number(row, index) - expected).abs() < error, "{expected}: {row}");
         }
     }
 
@@ -120,17 +121,18 @@ fn a_study_of_sensitivity_from_plan_to_figure() {
     assert_eq!(place.call("run moved.toml --workers 2").code, 0);
     let said = place.transcript(&[
         &["answer", "moved"],
-        &["answer", "moved", "--column", "load,contact_radius"],
+        &["answer", "moved", "--column", "contact_radius,poisson"],
         &["answer", "moved", "--column", "status"],
-        &["answer", "moved", "--column", "seconds"],
         &["answer", "moved", "--column", "peak_presure"],
         &["plot", "moved", "--y", "peak_pressure", "--output", "one.svg"],
         &["plot", "moved", "--y", "peak_pressure", "--series", "mu"],
         &["plot", "moved", "--where", "load > 0"],
         &["plot", "moved", "--x", "radius", "--y", "peak_pressure", "--output", "points.svg"],
-        &["cite", "moved"],
     ]);
     insta::assert_snapshot!(said);
+    let cited = place.call("cite moved").out;
+    assert!(["Efron", "Saltelli", "Jansen"].iter().all(|name| cited.contains(name)), "{cited}");
+    assert!(place.call("answer moved --column seconds").code == 0, "any number can be asked for");
     let svg = std::fs::read_to_string(place.path("one.svg")).unwrap();
     assert!(svg.contains(">first order<") && svg.contains(">peak pressure<"), "{svg}");
     assert!(place.path("points.svg").is_file());
@@ -214,4 +216,41 @@ fn columns_of_a_study_without_a_sample_are_not_described() {
     let said = place.call("answer small --column load");
     assert_eq!(said.code, 1);
     insta::assert_snapshot!(said.err);
+}
+
+#[test]
+fn each_combination_of_the_axes_has_a_design_of_its_own() {
+    let sweep = "[sweep]\n\"friction.mu\" = [0, 0.3]\n[sample]\n";
+    let text = sobol(8).replace("[sample]\n", sweep).replace("friction.mu = 0\n", "");
+    let place = Place::with("moved.toml", text);
+    // Half of the study: the second design is not complete.
+    assert_eq!(place.call("run moved.toml --shard 1/2 --workers 2").code, 0);
+    let answer = place.json("answer moved --json");
+    let words = rows(&answer, "rows of hertz_peak_pressure")[0]["answer"].to_string();
+    assert!(words.contains("are not complete yet"), "{words}");
+
+    assert_eq!(place.call("run moved.toml --workers 2").code, 0);
+    let answer = place.json("answer moved --json");
+    let found = rows(&answer, "sensitivity of hertz_peak_pressure");
+    let at = |mu: f64| -> Vec<Value> {
+        found.iter().filter(|row| number(row, "mu") == mu).cloned().collect()
+    };
+    assert_eq!((at(0.0).len(), at(0.3).len()), (3, 3));
+    // Hertz's theory knows no friction.
+    assert_eq!(number(&at(0.0)[0], "ST"), number(&at(0.3)[0], "ST"));
+    assert_eq!(place.call("plot moved --output moved.svg").code, 0);
+    let svg = std::fs::read_to_string(place.path("moved.svg")).unwrap();
+    assert!(svg.contains("mu = 0.3<") && svg.contains("mu = 0<"), "{svg}");
+}
+
+#[test]
+fn a_sample_without_failures_says_how_many_there_might_be() {
+    let text = sobol(8)
+        .replace("kind = \"sensitivity\"\n", "")
+        .replace("[sensitivity]\nof = \"hertz_peak_pressure\"\n", "");
+    let place = Place::with("moved.toml", text);
+    assert_eq!(place.call("run moved.toml --workers 2").code, 0);
+    let said = place.call("answer moved").out;
+    let words = "no point of 8 failed; with 95 % confidence fewer than 32 % do\n";
+    assert!(said.contains(words) && said.contains("statistics of "), "{said}");
 }

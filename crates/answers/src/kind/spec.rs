@@ -6,7 +6,7 @@ use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
 use crate::evidence::Evidence;
 
-/// What the points of a sample say of some columns of numbers.
+/// An answer of the points of a sample about some columns of numbers.
 pub(crate) type SampleAnswer =
     fn(&Evidence<'_>, &[Column]) -> Result<Vec<AnswerTable>, AnswerError>;
 

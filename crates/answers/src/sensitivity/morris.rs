@@ -22,9 +22,9 @@ pub(crate) struct InputEffects {
     pub(crate) deviation: Option<f64>,
 }
 
-/// Returns the elementary effect of each input along a trajectory, given its points in the unit cube
-/// and its outputs: the change of the output over that of the input's place in the cube. `None` if
-/// some input moves with another, twice or not at all.
+/// Returns the elementary effect of each input along a trajectory, given its points in the unit
+/// cube and its outputs: the change of the output over that of the input's place in the cube.
+/// `None` if some input moves with another, twice or not at all.
 pub(crate) fn elementary(points: &[Vec<f64>], outputs: &[f64]) -> Option<Vec<f64>> {
     let mut effects = vec![None; points.first()?.len()];
     for (points, outputs) in points.windows(2).zip(outputs.windows(2)) {

@@ -1,9 +1,9 @@
 //! Sobol' indices (Sobol' 2001, doi:10.1016/S0378-4754(00)00270-6): the share of an output's
 //! variance that an input makes by itself (first order), and with all its interactions (total).
 //!
-//! They are estimated from the design of Saltelli et al. (2010, doi:10.1016/j.cpc.2009.09.018): rows
-//! of two independent points A and B of the inputs, and of points AB_i, which are A but for the i-th
-//! input, which is B's.
+//! They are estimated from the design of Saltelli et al. (2010, doi:10.1016/j.cpc.2009.09.018):
+//! rows of two independent points A and B of the inputs, and of points AB_i, which are A but for
+//! the i-th input, which is B's.
 
 use crate::statistics::ConfidenceInterval;
 use crate::statistics::bootstrap;

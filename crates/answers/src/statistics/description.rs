@@ -1,4 +1,4 @@
-//! What is said of the numbers of a sample: mean, deviation and quantiles, with their intervals.
+//! Descriptions of the numbers of a sample: mean, deviation and quantiles, with their intervals.
 
 use super::ConfidenceInterval;
 use super::bootstrap::intervals;
@@ -80,8 +80,9 @@ mod tests {
         assert!(describe(Vec::new()).iter().all(|statistic| statistic.value.is_none()));
     }
 
-    /// The radius of Hertz's contact grows as the cube root of a load whose logarithm is uniform: all
-    /// figures are known. A share of 95 % of 200 intervals lies within four of its standard errors.
+    /// The radius of Hertz's contact grows as the cube root of a load whose logarithm is uniform:
+    /// all figures are known. A share of 95 % of 200 intervals lies within four of its standard
+    /// errors.
     #[test]
     fn intervals_cover_the_truth_at_their_level() {
         let (low, high) = (1.0f64, 100.0f64);

@@ -17,7 +17,8 @@ pub struct BarsSpec<'a> {
     pub bars: &'a [BarColumns<'a>],
     /// The label of the vertical axis.
     pub y_label: &'a str,
-    /// The columns that have a panel for each combination of their values, in the order of the rows.
+    /// The columns that have a panel for each combination of their values, in the order of the
+    /// rows.
     pub panels: &'a [&'a str],
     /// The title above the figure.
     pub title: &'a str,
@@ -43,7 +44,8 @@ impl PlotFigure {
     /// Makes a figure of bars from columns of a table.
     ///
     /// # Errors
-    /// [`FigureError`], if there is no such column, or if there are too many bars or panels or none.
+    /// [`FigureError`], if there is no such column, or if there are too many bars or panels or
+    /// none.
     pub fn bars_from_table(
         table: &DataTable,
         spec: &BarsSpec<'_>,

@@ -79,7 +79,8 @@ pub struct Series {
     pub names: Vec<String>,
     /// The width of the bars in SI units, or in categories; for [`Style::WhiskerBars`] alone.
     pub bar_width: f64,
-    /// The lower and the upper end of the whisker of each bar, NaN for none; empty without whiskers.
+    /// The lower and the upper end of the whisker of each bar, NaN for none; empty without
+    /// whiskers.
     pub whiskers: Vec<[f64; 2]>,
     /// The row of the table that each point comes from, by the index of the point, `None` at a gap;
     /// empty if there is no table.

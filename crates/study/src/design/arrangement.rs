@@ -1,6 +1,5 @@
 //! Rows of points that tell how much each dimension moves an output.
 
-use super::MOST_DIMENSIONS;
 use super::bits::{hashed, permuted};
 
 /// The arrangement of the points of a design.
@@ -10,8 +9,8 @@ pub enum Arrangement {
     #[default]
     Plain,
     /// Rows of Saltelli et al. (2010, doi:10.1016/j.cpc.2009.09.018): a point A, the points AB_i,
-    /// which are A but for the i-th coordinate, which is that of B, and the point B. A and B are the
-    /// two halves of a point of twice as many dimensions.
+    /// which are A but for the i-th coordinate, which is that of B, and the point B. A and B are
+    /// the two halves of a point of twice as many dimensions.
     Saltelli,
     /// Trajectories of Morris (1991, doi:10.1080/00401706.1991.10484804): each point differs from
     /// the one before in one coordinate, by `levels`/2 steps on the grid 0, 1/(`levels` − 1) … 1.
@@ -22,11 +21,6 @@ pub enum Arrangement {
 }
 
 impl Arrangement {
-    /// Returns the largest number of dimensions of a design.
-    pub fn most_dimensions(self) -> usize {
-        MOST_DIMENSIONS / self.coordinates_of_input()
-    }
-
     /// Returns the number of dimensions of the sequence for each dimension of the design.
     pub(super) fn coordinates_of_input(self) -> usize {
         if self == Arrangement::Saltelli { 2 } else { 1 }

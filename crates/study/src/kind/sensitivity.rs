@@ -24,8 +24,8 @@ use super::freedom::ScenesFreedom;
 use super::solve;
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
 use crate::axis::Group;
-use crate::design::SamplingMethod;
 use crate::design::arrangement::Arrangement;
+use crate::design::{Design, SamplingMethod};
 use crate::distribution::Distribution;
 use crate::error::{Mistake, Span};
 use crate::figure::{Figure, FigureKind};
@@ -134,7 +134,7 @@ fn check(table: &KindTable, span: &Span, groups: &[Group], mistakes: &mut Vec<Mi
         let expected = "needs [sample], with the keys whose influence is asked for";
         return refuse(span.clone(), message, expected, "");
     };
-    let most = arrange(table).most_dimensions();
+    let most = Design::most_dimensions(arrange(table));
     if let Some(axis) = group.axes().get(most) {
         let message = format!("the sample draws {} keys", group.axes().len());
         let expected = format!("must be at most {most}");
