@@ -2,12 +2,14 @@
 
 use std::collections::HashMap;
 
+use condition::UnknownColumn;
+
 use super::error::{FigureError, MOST_PANELS, MOST_SERIES};
 use super::figure::{BandPoint, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
 use super::spec::FigureSpec;
 use super::value_text::ValueFormat;
 use crate::fit::{Fit, straight};
-use crate::table::{Cell, DataTable, UnknownColumn};
+use crate::table::{Cell, DataTable};
 
 impl PlotFigure {
     /// Makes a figure of columns of a table.
