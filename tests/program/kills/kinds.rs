@@ -1,0 +1,146 @@
+//! Studies that bracket, search and compare: in the middle of each the coordinator is killed, then
+//! a worker.
+
+use std::collections::BTreeSet;
+use std::os::unix::process::ExitStatusExt;
+use std::thread::sleep;
+use std::time::Duration;
+
+use super::{MarkedPlace, Results, Running, keys};
+
+const UNIQUENESS: &str = r#"
+name = "kinds"
+kind = "uniqueness"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "flat-rectangle", width_x = "2 mm", width_y = "2 mm" }
+[numerics]
+mesh = 2
+[search]
+starts = 1
+[sweep]
+foundation.base.poisson = [0, 0.1, 0.2, 0.3, 0.4, 0.5]
+"#;
+
+const MULTIPLICITY: &str = include_str!("../studies/several.toml");
+
+const CONVERGENCE: &str = r#"
+name = "kinds"
+kind = "convergence"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+friction.mu = 0
+loading.steps = [{ approach = "1 um" }]
+[numerics]
+mesh = 8
+[sweep]
+mesh = [8, 16, 24, 32, 48, 64]
+projection = ["average", "midpoint"]
+"#;
+
+/// Waits until some jobs are durable and some are not; returns `false` if the study was over before
+/// that was seen.
+fn is_in_its_middle(running: &mut Running) -> bool {
+    while keys(&running.events(), "done").is_empty() {
+        if running.has_ended() {
+            return false;
+        }
+        sleep(Duration::from_micros(200));
+    }
+    !running.has_ended()
+}
+
+/// Checks that a run ends well and that no job was done twice.
+fn finished(place: &MarkedPlace, mut running: Running) -> BTreeSet<String> {
+    let status = running.wait();
+    assert_eq!(status.code(), Some(0), "{status}\n{}", running.said());
+    let done = keys(&running.events(), "done");
+    let once: BTreeSet<String> = done.iter().cloned().collect();
+    assert_eq!(once.len(), done.len(), "a job is done twice: {done:?}");
+    place.assert_quiet();
+    once
+}
+
+/// Kills the coordinator and resumes.
+fn without_coordinator(study: &str, jobs: usize) -> Option<Results> {
+    let place = MarkedPlace::with(study);
+    let mut running = place.start_run(&["--json"]);
+    if !is_in_its_middle(&mut running) {
+        return None;
+    }
+    running.kill();
+    if running.wait().signal() != Some(9) {
+        return None;
+    }
+    place.assert_quiet();
+    let kept = place.records();
+    let said = keys(&running.events(), "done");
+    assert!(
+        said.iter().all(|key| kept.contains_key(key)),
+        "a result that was called durable is gone"
+    );
+    if kept.len() == jobs {
+        return None;
+    }
+    let resumed = place.start(&["resume", "kinds", "--workers", "2", "--json"]);
+    let done = finished(&place, resumed);
+    assert!(
+        done.iter().all(|key| !kept.contains_key(key)),
+        "a job with a durable result is done again"
+    );
+    assert_eq!(done.len() + kept.len(), jobs);
+    let records = place.records();
+    assert!(
+        kept.iter().all(|(key, record)| records.get(key) == Some(record)),
+        "a record has changed"
+    );
+    Some(place.results("kinds"))
+}
+
+/// Kills a worker; the run goes on.
+fn without_worker(study: &str, jobs: usize) -> Option<Results> {
+    let place = MarkedPlace::with(study);
+    let mut running = place.start_run(&["--json"]);
+    if !is_in_its_middle(&mut running) {
+        return None;
+    }
+    let workers = running.workers();
+    if !workers.first().is_some_and(|worker| running.kill_worker(*worker)) {
+        return None;
+    }
+    let done = finished(&place, running);
+    assert_eq!(done.len(), jobs);
+    Some(place.results("kinds"))
+}
+
+fn survives(study: &str, jobs: usize) {
+    let place = MarkedPlace::with(study);
+    assert_eq!(finished(&place, place.start_run(&["--json"])).len(), jobs);
+    let undisturbed = place.results("kinds");
+    assert_eq!(undisturbed.table.lines().count(), 1 + jobs);
+    for disturbed in [without_coordinator, without_worker] {
+        // On a busy machine the study may be over before it is seen to have begun.
+        let found = (0..10)
+            .find_map(|_| disturbed(study, jobs))
+            .expect("ten runs ended before anything could be killed");
+        assert!(found == undisturbed, "{}\ninstead of\n{}", found.table, undisturbed.table);
+    }
+}
+
+#[test]
+fn brackets_of_uniqueness_sets_survive() {
+    survives(UNIQUENESS, 6);
+}
+
+#[test]
+fn searches_for_solutions_survive() {
+    let friction = "[1, 2, 3, 4, 5, 7]";
+    let study = MULTIPLICITY.replace("\"several\"", "\"kinds\"").replace("[2, 4]", friction);
+    survives(&study, 6);
+}
+
+#[test]
+fn measured_convergence_survives() {
+    survives(CONVERGENCE, 12);
+}
