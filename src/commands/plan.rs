@@ -25,7 +25,7 @@ use crate::output::{self, Finish, layout};
 use crate::proposal;
 use crate::stored::{StoreSource, read_store};
 use crate::study_file::{StudyShard, read_large_study, read_shard};
-use crate::words::{count, duration};
+use crate::words::{count, duration, excluded_words};
 
 /// The counts and predictions of a plan.
 #[derive(Serialize)]
@@ -36,6 +36,9 @@ struct Plan<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     shard: Option<String>,
     points: usize,
+    /// The points of the axes that the conditions of the study leave out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    excluded: Option<usize>,
     jobs: usize,
     cached: usize,
     to_run: usize,
@@ -49,6 +52,9 @@ struct Plan<'a> {
     /// The words about the files that the study names.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     files: Vec<String>,
+    /// The remarks on what the file says without effect.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    remarks: &'a [String],
     /// The findings so far of a study that chooses points.
     #[serde(skip_serializing_if = "Option::is_none")]
     chosen: Option<serde_json::Value>,
@@ -161,6 +167,7 @@ fn plan_shards(study: &Study, count_of_shards: u32, json: bool) -> Result<Finish
     if study.adaptive().is_some() {
         text += "more points follow in every shard, as the results demand\n";
     }
+    text += &excluded_of_shards(study);
     if empty > 0 {
         text += &format!("{} no points\n", count(empty, "shard has", "shards have"));
     }
@@ -182,6 +189,24 @@ fn plan_shards(study: &Study, count_of_shards: u32, json: bool) -> Result<Finish
         text += &format!("and {rest} more; --json lists all\n");
     }
     output::print(&text)
+}
+
+/// Says what the conditions of a study leave out of its shards; nothing if it has none.
+fn excluded_of_shards(study: &Study) -> String {
+    match (study.has_conditions(), study.is_listed()) {
+        (false, _) => String::new(),
+        (true, true) => match study.excluded() {
+            0 => "no points are excluded\n".to_owned(),
+            excluded => {
+                format!("{}\n", count(excluded, "point is excluded", "points are excluded"))
+            }
+        },
+        (true, false) => {
+            "these are the points of the axes, fewer after the conditions of the study, which each \
+             shard decides for its own\n"
+                .to_owned()
+        }
+    }
 }
 
 /// Chooses the points of a study by the results of a store, if there is one.
@@ -220,6 +245,8 @@ impl<'a> Plan<'a> {
             question: study.question(),
             shard: None,
             points: jobs.points.len(),
+            excluded: study.has_conditions().then(|| study.excluded()),
+            remarks: study.remarks(),
             jobs: jobs.distinct.len(),
             cached: jobs.distinct.len() - left.len(),
             to_run: left.len(),
@@ -246,8 +273,9 @@ impl<'a> Plan<'a> {
             text += &format!("{}\n", wording::one_line(self.question));
         }
         text += &format!(
-            "\n{}, {}: {} in the store, {} to run",
+            "\n{}{}, {}: {} in the store, {} to run",
             count(self.points, "point", "points"),
+            excluded_words(self.excluded.unwrap_or(0)),
             count(self.jobs, "distinct job", "distinct jobs"),
             self.cached,
             self.to_run
@@ -256,7 +284,8 @@ impl<'a> Plan<'a> {
             text += &format!(" with {} increments", self.increments);
         }
         text += "\n";
-        text + &self.files.iter().map(|line| format!("{line}\n")).collect::<String>()
+        let lines = self.remarks.iter().chain(&self.files);
+        text + &lines.map(|line| format!("{line}\n")).collect::<String>()
     }
 
     fn predictions(&self) -> String {

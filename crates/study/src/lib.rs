@@ -35,6 +35,7 @@ mod definition;
 pub mod edit;
 pub mod encoding;
 mod error;
+mod exclusion;
 pub mod figure;
 mod file_fault;
 mod file_text;

@@ -6,7 +6,8 @@ use toml::de::{DeTable, DeValue};
 use crate::adaptive::{self, Adaptive};
 use crate::assemble::HEIGHT_MAP;
 use crate::axis::{self, Group, MAX_POINTS};
-use crate::error::{Mistake, StudyError, are_enough};
+use crate::error::{Mistake, Span, StudyError, are_enough};
+use crate::exclusion::{self, Exclusion};
 use crate::figure;
 use crate::job::Job;
 use crate::key::{Key, Table};
@@ -21,8 +22,8 @@ use crate::{accuracy, sweep};
 
 /// The names at the top of a study before those of the tables of kinds.
 const KEYS: &[&str] = &[
-    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "refine",
-    "bisect",
+    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "exclude",
+    "keep", "refine", "bisect",
 ];
 
 /// Returns the names that may stand at the top of a study.
@@ -108,12 +109,13 @@ impl Study {
         const PER_AXIS: usize = 64;
         let mut jobs = Vec::new();
         let mut steps = vec![0; self.groups.len()];
-        jobs.extend(self.job(&steps));
+        let job = |steps: &[usize]| self.job(steps).ok().filter(|_| self.has(steps));
+        jobs.extend(job(&steps));
         for (varied, group) in self.groups.iter().enumerate() {
             let count = group.length.min(PER_AXIS);
             for sample in 1..count {
                 steps[varied] = sample * (group.length - 1) / (count - 1);
-                jobs.extend(self.job(&steps));
+                jobs.extend(job(&steps));
             }
             steps[varied] = 0;
         }
@@ -125,7 +127,7 @@ impl Study {
     fn check(&self) -> Result<(), Vec<Mistake>> {
         let check = |index| self.job(&axis::steps(&self.groups, index)).err();
         let first = match self.is_listed() {
-            true => (0..self.points).into_par_iter().find_map_first(check),
+            true => self.indices().collect::<Vec<_>>().into_par_iter().find_map_first(check),
             false => None,
         };
         if self.is_listed() && first.is_none() {
@@ -137,7 +139,9 @@ impl Study {
             let mut steps = vec![0; self.groups.len()];
             for step in 0..group.length {
                 steps[varied] = step;
-                mistakes.extend(self.job(&steps).err().into_iter().flatten());
+                if self.has(&steps) {
+                    mistakes.extend(self.job(&steps).err().into_iter().flatten());
+                }
                 if are_enough(&mistakes) {
                     return Err(mistakes);
                 }
@@ -199,11 +203,17 @@ fn parse(
     let figures =
         root.get("figure").map(|node| figure::read_figures(node, &groups, &columns, &mut mistakes));
     let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);
+    let adaptive = adaptive.or(accuracy.map(Adaptive::Accuracy));
+    let keys = axis::keys(&base, &groups);
+    let exclusion = exclusion::read(&root, &base, &groups, keys, &columns, &mut mistakes);
+    if let (Some(exclusion), Some(adaptive)) = (&exclusion, &adaptive) {
+        mistakes.extend(refuse_chosen(exclusion, adaptive, &groups));
+    }
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
     let mut study = Study {
-        adaptive: adaptive.or(accuracy.map(Adaptive::Accuracy)),
+        adaptive,
         kind_table,
         name,
         question,
@@ -212,6 +222,9 @@ fn parse(
         suggestions: Vec::new(),
         points: axis::count(&groups).unwrap_or(0),
         part: None,
+        exclusion,
+        excluded: 0,
+        remarks: Vec::new(),
         groups,
         base,
         places,
@@ -223,6 +236,7 @@ fn parse(
     if !unreadable.is_empty() {
         return Err(unreadable);
     }
+    study.leave_out().map_err(|mistake| vec![mistake])?;
     study.check()?;
     study.suggestions = match &figures {
         Some(_) => Vec::new(),
@@ -231,6 +245,18 @@ fn parse(
     study.figures =
         figures.unwrap_or_else(|| study.suggestions.first().cloned().into_iter().collect());
     Ok(study)
+}
+
+/// Refuses a condition over a key whose values the study chooses by its results: what it leaves out
+/// is decided before.
+fn refuse_chosen(exclusion: &Exclusion, adaptive: &Adaptive, groups: &[Group]) -> Option<Mistake> {
+    let chosen = match adaptive {
+        Adaptive::Bisect { axis, .. } => groups.iter().flat_map(Group::axes).nth(*axis)?.key()?,
+        Adaptive::Accuracy(_) | Adaptive::Refine { .. } => Key::Mesh,
+    };
+    let span: Span = exclusion.using(|key| key == chosen)?;
+    let message = format!("the study chooses values of `{}` as it goes", chosen.short());
+    Some(Mistake::new(span, message, "cannot depend on it"))
 }
 
 /// Notes the names at the top of a study that mean nothing there.
