@@ -90,7 +90,7 @@ pub enum PlaceError {
 }
 
 /// Returns the text of a study in which each `KEY=VALUE` of `settings` is set and no longer an
-/// axis. `path` and `files` are those of [`Study::parse`].
+/// axis, nor derived. `path` and `files` are those of [`Study::parse`].
 ///
 /// # Errors
 ///
@@ -122,9 +122,11 @@ pub fn with_settings(
         // A value that is no TOML is a text: punch.radius=2mm, method=seidel.
         let value = value.trim();
         let value: TomlValue = value.parse().unwrap_or_else(|_| TomlValue::from(value));
-        if let Some(sweep) = document.get_mut("sweep").and_then(Item::as_table_like_mut) {
-            remove_axis(sweep, key);
-            key.alternative().into_iter().for_each(|other| remove_axis(sweep, other));
+        for table in ["sweep", "derive"] {
+            if let Some(table) = document.get_mut(table).and_then(Item::as_table_like_mut) {
+                remove_axis(table, key);
+                key.alternative().into_iter().for_each(|other| remove_axis(table, other));
+            }
         }
         if let Some(other) = key.alternative() {
             // One of the two moduli takes the place of the other.

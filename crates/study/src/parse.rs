@@ -6,6 +6,7 @@ use toml::de::{DeTable, DeValue};
 use crate::adaptive::{self, Adaptive};
 use crate::assemble::HEIGHT_MAP;
 use crate::axis::{self, Group, MAX_POINTS};
+use crate::derivation::{self, Derivation};
 use crate::error::{Mistake, Span, StudyError, are_enough};
 use crate::exclusion::{self, Exclusion};
 use crate::figure;
@@ -22,8 +23,8 @@ use crate::{accuracy, sweep};
 
 /// The names at the top of a study before those of the tables of kinds.
 const KEYS: &[&str] = &[
-    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "exclude",
-    "keep", "refine", "bisect",
+    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "derive",
+    "exclude", "keep", "refine", "bisect",
 ];
 
 /// Returns the names that may stand at the top of a study.
@@ -199,15 +200,19 @@ fn parse(
         // them.
         return Err(mistakes);
     }
-    let columns = kind.columns(groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));
+    let derivation = root
+        .get("derive")
+        .map(|node| derivation::read(node, &base, &groups, &mut mistakes))
+        .unwrap_or_default();
+    let keys = || axis::keys(&base, &groups).chain(derivation.keys());
+    let columns = kind.columns(groups.iter().flat_map(Group::axes), keys());
     let figures =
         root.get("figure").map(|node| figure::read_figures(node, &groups, &columns, &mut mistakes));
     let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);
     let adaptive = adaptive.or(accuracy.map(Adaptive::Accuracy));
-    let keys = axis::keys(&base, &groups);
-    let exclusion = exclusion::read(&root, &base, &groups, keys, &columns, &mut mistakes);
+    let exclusion = exclusion::read(&root, &base, &groups, keys(), &columns, &mut mistakes);
     if let (Some(exclusion), Some(adaptive)) = (&exclusion, &adaptive) {
-        mistakes.extend(refuse_chosen(exclusion, adaptive, &groups));
+        mistakes.extend(refuse_chosen(exclusion, adaptive, &groups, &derivation));
     }
     if !mistakes.is_empty() {
         return Err(mistakes);
@@ -227,6 +232,7 @@ fn parse(
         remarks: Vec::new(),
         groups,
         base,
+        derivation,
         places,
         files: StudyFiles::default(),
         path: path.to_owned(),
@@ -249,12 +255,17 @@ fn parse(
 
 /// Refuses a condition over a key whose values the study chooses by its results: what it leaves out
 /// is decided before.
-fn refuse_chosen(exclusion: &Exclusion, adaptive: &Adaptive, groups: &[Group]) -> Option<Mistake> {
+fn refuse_chosen(
+    exclusion: &Exclusion,
+    adaptive: &Adaptive,
+    groups: &[Group],
+    derivation: &Derivation,
+) -> Option<Mistake> {
     let chosen = match adaptive {
         Adaptive::Bisect { axis, .. } => groups.iter().flat_map(Group::axes).nth(*axis)?.key()?,
         Adaptive::Accuracy(_) | Adaptive::Refine { .. } => Key::Mesh,
     };
-    let span: Span = exclusion.using(|key| key == chosen)?;
+    let span: Span = exclusion.using(|key| key == chosen || derivation.follows(key, chosen))?;
     let message = format!("the study chooses values of `{}` as it goes", chosen.short());
     Some(Mistake::new(span, message, "cannot depend on it"))
 }

@@ -42,6 +42,7 @@ use crate::assemble::locate;
 use crate::axis;
 use crate::axis::{Group, MAX_POINTS, MAX_SHARDS, SweepAxis};
 use crate::columns::Column;
+use crate::derivation::Derivation;
 use crate::error::{Mistake, StudyError};
 use crate::exclusion::{Exclusion, HoldingCounts};
 use crate::figure::Figure;
@@ -74,6 +75,7 @@ pub struct Study {
     pub(crate) adaptive: Option<Adaptive>,
     pub(crate) kind_table: KindTable,
     pub(crate) base: Vec<(Key, Given)>,
+    pub(crate) derivation: Derivation,
     pub(crate) places: TablePlaces,
     pub(crate) points: usize,
     /// The indices of the points that this part of the study has, in ascending order; `None` for
@@ -145,7 +147,10 @@ impl Study {
 
     /// Returns every column of the study's results.
     pub fn columns(&self) -> Vec<Column> {
-        self.kind.columns(self.axes(), axis::keys(&self.base, &self.groups))
+        self.kind.columns(
+            self.axes(),
+            axis::keys(&self.base, &self.groups).chain(self.derivation.keys()),
+        )
     }
 
     /// Returns the surfaces that its jobs name.
@@ -233,10 +238,9 @@ impl Study {
         show: impl FnOnce(&mut Vec<Value>),
     ) -> Option<StudyPoint> {
         let StudyPoint { mut values, .. } = self.point(index)?;
-        let mut sheet = self.sheet(&axis::steps(&self.groups, index));
-        for (key, setting) in settings {
-            let given = Given { setting: setting.clone(), span: 0..0, nth: None };
-            sheet.set(*key, Cow::Owned(given));
+        let (sheet, mistakes) = self.filled(&axis::steps(&self.groups, index), settings);
+        if !mistakes.is_empty() {
+            return None;
         }
         let job =
             self.kind.assemble(&self.kind_table, &sheet, &self.files.names, &self.places).ok()?;
@@ -419,21 +423,33 @@ impl Study {
         indices.into_par_iter().filter_map(|index| self.point(index)).collect()
     }
 
+    /// Returns the sheet of a point, without what cannot be derived there.
     pub(crate) fn sheet(&self, steps: &[usize]) -> Sheet<'_> {
+        self.filled(steps, &[]).0
+    }
+
+    /// Returns the sheet of a point with some settings in place of its own, and why keys cannot be
+    /// derived there.
+    fn filled(&self, steps: &[usize], settings: &[(Key, Setting)]) -> (Sheet<'_>, Vec<Mistake>) {
         let mut sheet = Sheet::new(self.base.iter().map(|(key, given)| (*key, given)));
         for (group, step) in self.groups.iter().zip(steps) {
             group.axes.iter().for_each(|axis| axis.apply(*step, &mut sheet));
         }
-        sheet
+        for (key, setting) in settings {
+            let given = Given { setting: setting.clone(), span: 0..0, nth: None };
+            sheet.set(*key, Cow::Owned(given));
+        }
+        let is_set = |key: Key| settings.iter().any(|(other, _)| *other == key);
+        let mistakes = self.derivation.apply(&mut sheet, is_set);
+        (sheet, mistakes)
     }
 
     pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Mistake>> {
-        let job = self.kind.assemble(
-            &self.kind_table,
-            &self.sheet(steps),
-            &self.files.names,
-            &self.places,
-        )?;
+        let (sheet, mistakes) = self.filled(steps, &[]);
+        if !mistakes.is_empty() {
+            return Err(mistakes);
+        }
+        let job = self.kind.assemble(&self.kind_table, &sheet, &self.files.names, &self.places)?;
         if let Some(Adaptive::Accuracy(accuracy)) = &self.adaptive {
             accuracy.check(&job).map_err(|mistake| vec![mistake])?;
         }

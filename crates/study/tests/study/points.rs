@@ -44,6 +44,42 @@ const EXCLUSIONS: &[(&str, &str)] = &[
     ),
 ];
 
+/// The name of each case, and what it adds to the study.
+const DERIVATIONS: &[(&str, &str)] = &[
+    ("no table", "[[derive]]\nmesh = \"3\"\n"),
+    ("a number", "[derive]\ntolerance = 1e-8\n"),
+    ("no formula", "[derive]\ntolerance = \"\"\n"),
+    ("an unknown key", "[derive]\n\"numerics.tolerence\" = \"1e-8\"\n"),
+    ("an unknown name", "[derive]\ntolerance = \"1e-8 * raduis / 1 m\"\n"),
+    ("a key that is not given", "[derive]\ntolerance = \"1e-8 + epsilon\"\n"),
+    ("a result", "[derive]\ntolerance = \"1e-8 * peak_pressure\"\n"),
+    ("a text key", "[derive]\nmethod = \"radius\"\n"),
+    ("a formula of a text", "[derive]\ntolerance = \"shape * 2\"\n"),
+    ("given by the scene", "[derive]\n\"loading.steps[0].approach\" = \"radius / 1e4\"\n"),
+    ("given by an axis", "[derive]\nfriction.mu = \"radius / 1 m\"\n"),
+    ("the other modulus", "[derive]\nfoundation.base.youngs_modulus = \"1 GPa\"\n"),
+    ("no such layer", "[derive]\n\"foundation.layers[0].thickness\" = \"0.1 * radius\"\n"),
+    ("no such step", "[derive]\n\"loading.steps[1].shift_x\" = \"0.1 * radius\"\n"),
+    ("a length for a pure number", "[derive]\ntolerance = \"1e-8 * radius\"\n"),
+    ("a pure number for a pressure", "[derive]\nceiling = \"3 * mu\"\n"),
+    ("a sum of a length and a number", "[derive]\ntolerance = \"(radius + 1) / 1 m\"\n"),
+    ("an unknown unit", "[derive]\ntolerance = \"radius / 2 furlong\"\n"),
+    ("an unknown function", "[derive]\ntolerance = \"log(mu)\"\n"),
+    ("a sign too many", "[derive]\ntolerance = \"1e-8 ** mu\"\n"),
+    ("an open parenthesis", "[derive]\ntolerance = \"1e-8 * (mu + 1\"\n"),
+    ("nothing after a sign", "[derive]\ntolerance = \"1e-8 *\"\n"),
+    ("itself", "[derive]\ntolerance = \"tolerance / 2\"\n"),
+    (
+        "a circle",
+        "[derive]\ntolerance = \"epsilon + 1e-8\"\nepsilon = \"1e-9 * max_iterations\"\n\
+         max_iterations = \"round(1 / tolerance)\"\n",
+    ),
+    ("twice", "[derive]\ntolerance = \"1e-8\"\nnumerics.tolerance = \"1e-8\"\n"),
+    ("a part of an element", "[derive]\nmax_iterations = \"1000 * mu + 0.5\"\n"),
+    ("a division by 0", "[derive]\nepsilon = \"1e-9 / (mu - 0.2)\"\n"),
+    ("a value out of bounds", "[derive]\ntolerance = \"mu - 0.2\"\n"),
+];
+
 fn no_files(name: &str) -> Result<NamedFile, String> {
     Err(format!("{name}: no such file"))
 }
@@ -79,6 +115,97 @@ fn refusals(cases: &[(&str, &str)]) -> String {
 #[test]
 fn conditions_without_meaning_are_refused_at_their_place() {
     insta::assert_snapshot!(refusals(EXCLUSIONS));
+}
+
+#[test]
+fn formulas_without_meaning_are_refused_at_their_place() {
+    insta::assert_snapshot!(refusals(DERIVATIONS));
+}
+
+#[test]
+fn derived_keys_are_those_of_the_jobs() {
+    let scene =
+        "loading.steps = [{ approach = \"1 um\" }]\nfoundation.layers = [{ poisson = 0.3 }]";
+    let good = GOOD.replace("loading.steps = [{ approach = \"1 um\" }]", scene);
+    assert_ne!(good, GOOD);
+    let derived = format!(
+        "{good}[derive]\n\"foundation.layers[0].shear_modulus\" = \"0.1 * shear_modulus\"\n\
+         foundation.layers[0].thickness = \"punch.radius * domain.width_x / 2 cm\"\n\
+         domain.width_x = \"1 mm + 0.1 * radius\"\ndomain.width_y = \"domain_width_x\"\n\
+         numerics.mesh = \"ceil(radius / 0.3 mm)\"\n"
+    )
+    .replace("foundation.layers[0].thickness", "\"foundation.layers[0].thickness\"")
+    .replace("mesh = 16\n", "");
+    let study = read(&derived).unwrap_or_else(|error| panic!("{error}"));
+    let given = |width: &str, thickness: &str, modulus: &str, mesh: u32, radius: &str, mu: f64| {
+        let text = GOOD
+            .replace(
+                "loading.steps",
+                &format!(
+                    "domain = {{ width_x = \"{width}\", width_y = \"{width}\" }}\n\
+                     foundation.layers = [{{ poisson = 0.3, shear_modulus = \"{modulus}\", \
+                     thickness = \"{thickness}\" }}]\nloading.steps"
+                ),
+            )
+            .replace("mesh = 16", &format!("mesh = {mesh}"))
+            .replace("[\"5 mm\", \"10 mm\"]", &format!("[\"{radius}\"]"))
+            .replace("[0.1, 0.2, 0.3]", &format!("[{mu}]"));
+        read(&text).unwrap_or_else(|error| panic!("{error}")).points()[0].key
+    };
+    let points = study.points();
+    assert_eq!(points.len(), 6);
+    assert_eq!(points[2].key, given("1.5 mm", "0.375 mm", "8 GPa", 17, "5 mm", 0.2));
+    assert_eq!(points[5].key, given("2 mm", "1 mm", "8 GPa", 34, "10 mm", 0.3));
+    // They are columns, and names of conditions.
+    let columns = study.columns();
+    let column = study::columns::find(&columns, "layer0_thickness").unwrap();
+    assert_eq!(column.value(&points[5], None), Value::Number(1e-3));
+    let kept = read(&format!("{derived}[[keep]]\nwhen = \"layer0_thickness < 0.0005\"\n"));
+    assert_eq!(kept.unwrap().excluded(), 3);
+}
+
+/// What a study chooses at a point changes what follows from it.
+#[test]
+fn derived_keys_follow_values_that_a_study_chooses() {
+    let text = GOOD.replace("[{ approach = \"1 um\" }]", "[{}]").replace(
+        "[sweep]",
+        "[derive]\n\"loading.steps[0].approach\" = \"mu * 10 um\"\nepsilon = \"1e-9 * mesh\"\n[sweep]",
+    );
+    let study = read(&text).unwrap_or_else(|error| panic!("{error}"));
+    let columns = study.columns();
+    let at = |point: &study::StudyPoint, name: &str| {
+        study::columns::find(&columns, name).unwrap().value(point, None)
+    };
+    let between = study.point_at(0, 0, 0.15).unwrap();
+    assert_eq!(at(&between, "approach"), Value::Number(1.5e-6));
+    let finer = study.point_on_mesh(0, contact::model::Mesh::Across(32)).unwrap();
+    assert_eq!(at(&finer, "epsilon"), Value::Number(3.2e-8));
+}
+
+/// A layer that a point does not have has no thickness.
+#[test]
+fn keys_of_absent_entries_are_not_derived() {
+    let text = GOOD.replace(
+        "\"punch.radius\" = [\"5 mm\", \"10 mm\"]",
+        "foundation.layers = [[], [{ shear_modulus = \"1 GPa\", poisson = 0.3 }]]",
+    );
+    let text = format!("{text}[derive]\n\"foundation.layers[0].thickness\" = \"radius / 100\"\n");
+    let study = read(&text).unwrap_or_else(|error| panic!("{error}"));
+    let columns = study.columns();
+    let column = study::columns::find(&columns, "layer0_thickness").unwrap();
+    let points = study.points();
+    assert_eq!(column.value(&points[0], None), Value::Missing);
+    assert_eq!(column.value(&points[1], None), Value::Number(1e-4));
+}
+
+/// A key that is set is no longer derived.
+#[test]
+fn a_setting_takes_the_place_of_a_formula() {
+    let text = format!("{GOOD}[derive]\ntolerance = \"1e-8 * mu\"\n");
+    let set = ["tolerance=1e-6".to_owned()];
+    let edited = study::edit::with_settings(&text, "study.toml", &set, &mut no_files).unwrap();
+    assert!(!edited.contains("1e-8 * mu"), "{edited}");
+    assert!(read(&edited).is_ok());
 }
 
 #[test]
