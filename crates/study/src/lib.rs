@@ -48,6 +48,7 @@ pub mod kind;
 pub mod label;
 mod parse;
 mod point;
+mod points_file;
 pub mod profile;
 pub mod provenance;
 mod quantity;

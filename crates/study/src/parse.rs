@@ -6,6 +6,7 @@ use toml::de::{DeTable, DeValue};
 use crate::adaptive::{self, Adaptive};
 use crate::assemble::HEIGHT_MAP;
 use crate::axis::{self, Group, MAX_POINTS};
+use crate::columns;
 use crate::derivation::{self, Derivation};
 use crate::error::{Mistake, Span, StudyError, are_enough};
 use crate::exclusion::{self, Exclusion};
@@ -13,6 +14,7 @@ use crate::figure;
 use crate::job::Job;
 use crate::key::{Key, Table};
 use crate::kind::Kind;
+use crate::points_file::{self, FilePoints};
 use crate::quantity::one_of;
 use crate::read::{self, Reader, entries};
 use crate::sheet::{Given, TablePlaces};
@@ -23,8 +25,8 @@ use crate::{accuracy, sweep};
 
 /// The names at the top of a study before those of the tables of kinds.
 const KEYS: &[&str] = &[
-    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "derive",
-    "exclude", "keep", "refine", "bisect",
+    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "points", "sweep",
+    "derive", "exclude", "keep", "refine", "bisect",
 ];
 
 /// Returns the names that may stand at the top of a study.
@@ -179,10 +181,22 @@ fn parse(
     let question = read_text(&root, "question", &mut mistakes).unwrap_or_default();
     let kind = read_kind(&root, &mut mistakes);
     let (mut base, places) = read_base(text, &root, &mut mistakes);
-    let groups = root
+    let mut read_files = StudyFiles::default();
+    let points = root.get("points").and_then(|node| {
+        let results = kind.columns([], []);
+        let is_result = |name: &str| columns::find(&results, name).is_some();
+        points_file::read_points(node, &mut read_files, files, &is_result, &mut mistakes)
+    });
+    let mut groups = root
         .get("sweep")
-        .map(|node| sweep::read_sweep(text, node, shards, &mut mistakes))
+        .map(|node| sweep::read_sweep(text, node, &mut mistakes))
         .unwrap_or_default();
+    let mut remarks = Vec::new();
+    if let Some(FilePoints { group, remarks: words }) = points {
+        groups.push(group);
+        remarks = words;
+    }
+    let groups = sweep::combined(groups, shards, &mut mistakes);
     let accuracy = root
         .get("accuracy")
         .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut mistakes));
@@ -229,12 +243,12 @@ fn parse(
         part: None,
         exclusion,
         excluded: 0,
-        remarks: Vec::new(),
+        remarks,
         groups,
         base,
         derivation,
         places,
-        files: StudyFiles::default(),
+        files: read_files,
         path: path.to_owned(),
         text: text.to_owned(),
     };

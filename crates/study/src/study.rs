@@ -384,7 +384,7 @@ impl Study {
         }
         let holding = decided.into_iter().map(|(_, holding)| holding);
         let holding = holding.fold(HoldingCounts::default(), HoldingCounts::with);
-        self.remarks = exclusion.idle(self.points, &holding);
+        self.remarks.extend(exclusion.idle(self.points, &holding));
         self.excluded = self.points - part.len();
         self.part = (self.excluded > 0).then(|| part.into());
         Ok(())

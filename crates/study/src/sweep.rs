@@ -18,20 +18,12 @@ pub(crate) use fit::{refuse_absent, refuse_alternatives, too_many_entries};
 use fit::{refuse_excess, refuse_overlaps, refuse_repeated_rows, refuse_repeats};
 use range::{AxisValues, is_range, read_range};
 
-/// Reads `[sweep]`.
-///
-/// The axes of a study that is run in `shards` may make more points than one run takes.
-pub(crate) fn read_sweep(
-    text: &str,
-    node: &Node<'_>,
-    shards: bool,
-    mistakes: &mut Vec<Mistake>,
-) -> Vec<Group> {
+/// Reads the axes of `[sweep]`.
+pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> Vec<Group> {
     let DeValue::Table(table) = node.get_ref() else {
         mistakes.push(read::mistyped("sweep", node, "a table of axes"));
         return Vec::new();
     };
-    let before = mistakes.len();
     let mut groups = Vec::new();
     if let Some(mistake) = refuse_excess(table, node) {
         mistakes.push(mistake);
@@ -49,6 +41,19 @@ pub(crate) fn read_sweep(
             );
         }
     }
+    groups
+}
+
+/// Brings all groups of axes into the order of the file, and refuses those that do not fit each
+/// other.
+///
+/// The axes of a study that is run in `shards` may make more points than one run takes.
+pub(crate) fn combined(
+    mut groups: Vec<Group>,
+    shards: bool,
+    mistakes: &mut Vec<Mistake>,
+) -> Vec<Group> {
+    let before = mistakes.len();
     // Keys that are written with dots arrive gathered by their tables, but their places count.
     groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
     refuse_overlaps(&groups, mistakes);

@@ -80,6 +80,31 @@ const DERIVATIONS: &[(&str, &str)] = &[
     ("a value out of bounds", "[derive]\ntolerance = \"mu - 0.2\"\n"),
 ];
 
+/// The name of each case, and a file of points that is none.
+const FILES: &[(&str, &str)] = &[
+    ("nothing", ""),
+    ("heads alone", "mesh,tolerance\n"),
+    ("a misspelt head", "mesh,tolerence\n16,1e-8\n"),
+    ("an unknown head", "mesh,temperature\n16,300\n"),
+    ("no head", "mesh,\n16,1e-8\n"),
+    ("results alone", "load,status\n1,certified\n"),
+    ("a table", "mesh,punch\n16,sphere\n"),
+    ("a list", "mesh,loading.steps\n16,1\n"),
+    ("a head twice", "mesh,numerics.mesh\n16,16\n"),
+    ("a unit of something else", "mesh,ceiling [mm]\n16,3\n"),
+    ("an unknown unit", "mesh,ceiling [atm]\n16,3\n"),
+    ("a unit of a pure number", "mesh,tolerance [m]\n16,1e-8\n"),
+    ("ragged lines", "mesh,tolerance\n16\n\n16,1e-8,3\n# comment\n32\n"),
+    (
+        "all kinds of values",
+        "mesh,method,max_iterations,ceiling\n2.5,guess,-3,5 mm\n,,,\nx,newton,1,inf\n",
+    ),
+    ("units twice", "mesh,ceiling [MPa]\n16,5 MPa\n16,1e400\n"),
+    ("an axis as well", "mesh,mu\n16,0.3\n"),
+    ("no scene", "mesh,tolerance\n16,1e-8\n0,2\n"),
+    ("a binary file", "\u{1}\u{2}"),
+];
+
 fn no_files(name: &str) -> Result<NamedFile, String> {
     Err(format!("{name}: no such file"))
 }
@@ -206,6 +231,78 @@ fn a_setting_takes_the_place_of_a_formula() {
     let edited = study::edit::with_settings(&text, "study.toml", &set, &mut no_files).unwrap();
     assert!(!edited.contains("1e-8 * mu"), "{edited}");
     assert!(read(&edited).is_ok());
+}
+
+/// Returns a study whose file of points has this text, with an addition to `[points]`.
+fn with_points(table: &str, text: &str) -> Result<Study, StudyError> {
+    let mut files = |_: &str| Ok(NamedFile { bytes: text.as_bytes().to_vec(), may_quote: true });
+    let study =
+        GOOD.replace("[sweep]", &format!("[points]\nfile = \"points.csv\"\n{table}[sweep]"));
+    Study::parse(&study.replace("mesh = 16\n", ""), "study.toml", &mut files)
+}
+
+#[test]
+fn files_of_points_without_meaning_are_refused_with_all_their_faults() {
+    let mut said = String::new();
+    for (name, text) in FILES {
+        match with_points("", text) {
+            Ok(_) => panic!("{name}: was not refused"),
+            Err(error) => said += &format!("## {name}\n{error}\n\n"),
+        }
+    }
+    for table in
+        ["file = 3\n", "columns = []\n", "columns = [\"mesh\", \"epsilon\"]\n", "colums = []\n"]
+    {
+        let error = with_points(table, "mesh,tolerance\n16,1e-8\n").unwrap_err();
+        said += &format!("## {table}{error}\n\n");
+    }
+    insta::assert_snapshot!(said);
+}
+
+#[test]
+fn files_give_points_with_units_of_heads_and_of_values() {
+    let text = "\u{feff}numerics.mesh; tolerance [1] ;ceiling [MPa];epsilon;status\r\n\
+                # measured on Monday\r\n16;1e-8;2.5e3;0;failed\r\n\r\n\"8x4\";1e-6;+1000;1e-3;certified\r\n\
+                16;1e-8;2500;0;\r\n";
+    let study = with_points("", text).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(
+        values(&study)[..2],
+        ["16 1e-8 2500000000 0 0.1 0.005", "16 1e-8 2500000000 0 0.1 0.01"]
+            .map(|row| row.replace("2500000000", "2.5e9"))
+    );
+    assert_eq!((study.len(), &values(&study)[11][..]), (12, "8x4 1e-6 1e9 0.001 0.3 0.01"));
+    assert_eq!(
+        study.remarks(),
+        [
+            "points points.csv: left out, since they are results: status",
+            "points points.csv: 1 line repeats an earlier one and adds no point"
+        ]
+    );
+    let one = with_points("columns = [\"mesh\"]\n", "mesh,load,nonsense\n8,1,\n16,2,x\n").unwrap();
+    assert_eq!((one.len(), one.remarks().len()), (12, 0));
+    let own = with_points("", "mesh,ceiling\n8,5 GPa\n8,1e9\n").unwrap();
+    let listed = "8 5e9 0.1 0.005";
+    assert_eq!(values(&own)[0], listed);
+}
+
+/// The file is kept with the study.
+#[test]
+fn points_are_read_again_from_a_stored_definition() {
+    let study = with_points("", "mesh,tolerance\n8,1e-8\n16,1e-9\n").unwrap();
+    let stored = Study::from_definition(&study.definition()).unwrap();
+    assert_eq!(values(&stored), values(&study));
+    assert_eq!(study.named_files().map(|(name, _)| name).collect::<Vec<_>>(), ["points.csv"]);
+}
+
+/// A file outside the study's directory may be anything, and is not repeated.
+#[test]
+fn a_file_from_elsewhere_is_not_quoted() {
+    let mut files = |_: &str| {
+        Ok(NamedFile { bytes: b"mesh,secret\n16,3\nsecret,1".to_vec(), may_quote: false })
+    };
+    let text = GOOD.replace("[sweep]", "[points]\nfile = \"../other.csv\"\n[sweep]");
+    let said = Study::parse(&text, "study.toml", &mut files).unwrap_err().to_string();
+    assert!(said.contains("line 1, value 2") && !said.contains("secret"), "{said}");
 }
 
 #[test]
