@@ -15,7 +15,7 @@ use crate::answer_text::{answers_json, answers_words};
 use crate::figures;
 use crate::output::{self, Finish, layout};
 use crate::proposal;
-use crate::words::{count, duration};
+use crate::words::{count, duration, excluded_words};
 
 /// The most rows of the table at the end of a run; `query` shows more.
 const SUMMARY_ROWS: usize = 24;
@@ -238,11 +238,12 @@ impl RunSummary<'_> {
         let RunSummary { results, tally, .. } = self;
         let progress = results.progress();
         format!(
-            "\n{}{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the \
+            "\n{}{}: {}{}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the \
              store\n",
             results.study().name(),
             self.shard.map_or(String::new(), |shard| format!(", shard {shard}")),
             count(progress.points, "point", "points"),
+            excluded_words(progress.excluded),
             progress.done,
             progress.failed,
             progress.left,

@@ -7,6 +7,11 @@ pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
+/// Says in parentheses how many points are excluded; nothing if there are none.
+pub(crate) fn excluded_words(n: usize) -> String {
+    if n == 0 { String::new() } else { format!(" ({n} more excluded)") }
+}
+
 /// Returns a time in words, given in seconds.
 pub(crate) fn duration(seconds: f64) -> String {
     if seconds < 0.9995 {

@@ -37,7 +37,7 @@ pub(crate) fn outline<'py>(py: Python<'py>, study: &Study) -> PyResult<Bound<'py
     outline.set_item("name", study.name())?;
     outline.set_item("question", study.question())?;
     outline.set_item("kind", study.kind().name())?;
-    outline.set_item("points", study.len())?;
+    outline.set_item("points", study.len() - study.excluded())?;
     let axes: Vec<String> = study.axes().map(|axis| axis.column().into_owned()).collect();
     outline.set_item("axes", axes)?;
     outline.set_item("text", study.text())?;

@@ -53,9 +53,22 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
         text += &answers_words(answers);
     }
     let directory = &args.store.store;
+    text += &excluded(&results);
     text += &incomplete(&results, directory);
     warning_lines(&results, directory).iter().for_each(|line| text += line);
     output::print(text.trim_start())
+}
+
+/// Says how many points the conditions of the study leave out; nothing if there are none.
+fn excluded(results: &Results<'_>) -> String {
+    let Progress { points, excluded, .. } = results.progress();
+    match excluded {
+        0 => String::new(),
+        _ => {
+            let studied = count(points, "point", "points");
+            format!("\n{studied}; {excluded} more of the axes are excluded by the study\n")
+        }
+    }
 }
 
 /// Says how many points have no solution, and the command that lists them; nothing if all have.

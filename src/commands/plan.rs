@@ -24,7 +24,7 @@ use crate::output::{self, Finish, layout};
 use crate::proposal;
 use crate::stored::{StoreSource, read_store};
 use crate::study_file::{StudyShard, read_large_study, read_shard};
-use crate::words::{count, duration};
+use crate::words::{count, duration, excluded_words};
 
 use tally::{MeshShare, PlanTally};
 
@@ -40,6 +40,9 @@ struct Plan<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     shard: Option<String>,
     points: usize,
+    /// The points of the axes that the conditions of the study leave out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    excluded: Option<usize>,
     jobs: usize,
     cached: usize,
     to_run: usize,
@@ -62,6 +65,9 @@ struct Plan<'a> {
     /// The note about the number of points of a sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     note: Option<String>,
+    /// The remarks on what the file says without effect.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    remarks: &'a [String],
     /// The findings so far of a study that chooses points.
     #[serde(skip_serializing_if = "Option::is_none")]
     chosen: Option<serde_json::Value>,
@@ -96,8 +102,12 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     let cached = cached_keys(&jobs, reader.as_ref())?;
     jobs.bind(&study, |key| cached.contains(key))?;
     let is_left = |job: &&DistinctJob| !cached.contains(&jobs.points[job.point].key);
-    let mut tally =
-        PlanTally { points: jobs.points.len(), jobs: jobs.distinct.len(), ..PlanTally::default() };
+    let mut tally = PlanTally {
+        points: jobs.points.len(),
+        excluded: study.excluded(),
+        jobs: jobs.distinct.len(),
+        ..PlanTally::default()
+    };
     for job in jobs.distinct.iter().filter(is_left) {
         tally.add(&job.forecast, increments_of(&jobs.points[job.point].job));
     }
@@ -232,6 +242,7 @@ fn plan_shards(study: &Study, count_of_shards: u32, json: bool) -> Result<Finish
     if study.adaptive().is_some() {
         text += "more points follow in every shard, as the results demand\n";
     }
+    text += &excluded_of_shards(study);
     if empty > 0 {
         text += &format!("{} no points\n", count(empty, "shard has", "shards have"));
     }
@@ -253,6 +264,24 @@ fn plan_shards(study: &Study, count_of_shards: u32, json: bool) -> Result<Finish
         text += &format!("and {rest} more; --json lists all\n");
     }
     output::print(&text)
+}
+
+/// Says what the conditions of a study leave out of its shards; nothing if it has none.
+fn excluded_of_shards(study: &Study) -> String {
+    match (study.has_conditions(), study.is_listed()) {
+        (false, _) => String::new(),
+        (true, true) => match study.excluded() {
+            0 => "no points are excluded\n".to_owned(),
+            excluded => {
+                format!("{}\n", count(excluded, "point is excluded", "points are excluded"))
+            }
+        },
+        (true, false) => {
+            "these are the points of the axes, fewer after the conditions of the study, which each \
+             shard decides for its own\n"
+                .to_owned()
+        }
+    }
 }
 
 /// Chooses the points of a study by the results of a store, if there is one.
@@ -280,6 +309,8 @@ impl<'a> Plan<'a> {
             question: study.question(),
             shard: None,
             points: tally.points,
+            excluded: study.has_conditions().then_some(tally.excluded),
+            remarks: study.remarks(),
             jobs: tally.jobs,
             cached: tally.jobs - tally.to_run,
             to_run: tally.to_run,
@@ -309,8 +340,9 @@ impl<'a> Plan<'a> {
             text += &format!("{}\n", wording::one_line(self.question));
         }
         text += &format!(
-            "\n{}, {}: {} in the store, {} to run",
+            "\n{}{}, {}: {} in the store, {} to run",
             count(self.points, "point", "points"),
+            excluded_words(self.excluded.unwrap_or(0)),
             count(self.jobs, "distinct job", "distinct jobs"),
             self.cached,
             self.to_run
@@ -319,8 +351,9 @@ impl<'a> Plan<'a> {
             text += &format!(" with {} increments", self.increments);
         }
         text += "\n";
+        let remarks = self.remarks.iter().chain(&self.files).map(|line| format!("{line}\n"));
         text += &self.note.iter().map(|note| format!("note: {note}\n")).collect::<String>();
-        text + &self.files.iter().map(|line| format!("{line}\n")).collect::<String>()
+        text + &remarks.collect::<String>()
     }
 
     /// Says how many jobs may follow those that are known, and how long they would take: as long as

@@ -55,7 +55,7 @@ fn words(reader: &StoreReader, name: &str) -> String {
         return points;
     }
     match Progress::read(&study, &StoreSource::Reader(reader)) {
-        Ok(Progress { points, done, failed, left }) => {
+        Ok(Progress { points, done, failed, left, .. }) => {
             let points = count(points, "point", "points");
             format!("{points}, {done} certified, {failed} failed, {left} left")
         }

@@ -11,6 +11,7 @@ mod in_time;
 mod kinds;
 mod merges;
 mod paths;
+mod points;
 mod proposed;
 mod provenance;
 mod refused;

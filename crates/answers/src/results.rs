@@ -57,6 +57,14 @@ pub struct Progress {
     pub failed: usize,
     /// The points without a result.
     pub left: usize,
+    /// The points of the axes that the conditions of the study leave out.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub excluded: usize,
+}
+
+/// Returns whether a count that is seldom needed need not be said.
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 impl Progress {
@@ -66,11 +74,12 @@ impl Progress {
     /// A record cannot be read, or a condition cannot be evaluated.
     pub fn read(study: &Study, source: &dyn Records) -> Result<Self, AnswerError> {
         let Gathered { choice, records } = gather(study, source)?;
-        Ok(Self::of(&choice.points, &records))
+        Ok(Self::of(study, &choice.points, &records))
     }
 
-    fn of(points: &[StudyPoint], records: &RecordMap) -> Self {
-        let mut progress = Self { points: points.len(), ..Self::default() };
+    fn of(study: &Study, points: &[StudyPoint], records: &RecordMap) -> Self {
+        let excluded = study.excluded();
+        let mut progress = Self { points: points.len(), excluded, ..Self::default() };
         for point in points {
             match records.get(&point.key).map(Record::standing) {
                 None => progress.left += 1,
@@ -147,7 +156,7 @@ impl<'r> Results<'r> {
 
     /// Returns how far the study is.
     pub fn progress(&self) -> Progress {
-        Progress::of(&self.points, &self.records)
+        Progress::of(&self.study, &self.points, &self.records)
     }
 
     /// Returns the number of points whose accuracy was asked for and not reached.

@@ -1,24 +1,13 @@
 //! Rows of a table by an expression: `mu > 0.3 && mesh == 64 && status == "certified"`.
 //!
-//! The grammar is that of the Common Expression Language (CEL, <https://cel.dev>), parsed by the
-//! `cel` crate. The meaning is given here rather than by CEL's own interpreter, because a table of
-//! measurements needs another one in four points: integers and numbers mix in arithmetic, a column
-//! may have a dotted name (`friction.mu`), comparing a number with text is refused instead of being
-//! false, and a missing value makes a comparison unknown.
-//!
-//! The files read downwards: `error`, `syntax`, `tree`, `compile`, `evaluate`. They know tables,
-//! and neither charts nor fields.
+//! What the expression may be, and what it means, is said by the crate `condition`; here the cells of
+//! a row are its values.
 
-mod compile;
-mod error;
-mod evaluate;
-mod syntax;
-mod tree;
+use std::borrow::Cow;
 
-use crate::table::DataTable;
-use compile::compile;
-pub use error::FilterError;
-use evaluate::truth;
+use condition::{Condition, ConditionNames, FilterError, FilterValue, UnknownColumn, ValueKind};
+
+use crate::table::{Cell, DataTable};
 
 impl DataTable {
     /// Returns the rows for which an expression holds, in their order.
@@ -71,16 +60,44 @@ impl DataTable {
         expression: &str,
         is_wanted: impl Fn(Option<bool>) -> bool,
     ) -> Result<DataTable, FilterError> {
-        let condition = compile(expression, self)?;
+        let condition = Condition::new(expression, self)?;
         let keep = self
             .rows()
             .iter()
             .enumerate()
-            .map(|(i, row)| match truth(&condition, row) {
+            .map(|(i, row)| match condition.truth(&|column| value(&row[column])) {
                 Ok(truth) => Ok(is_wanted(truth)),
                 Err(message) => Err(FilterError::Mismatch(format!("{message} (in row {})", i + 1))),
             })
             .collect::<Result<Vec<bool>, _>>()?;
         Ok(self.keep(&keep))
+    }
+}
+
+impl ConditionNames for DataTable {
+    fn find(&self, name: &str) -> Result<usize, UnknownColumn> {
+        self.column(name)
+    }
+
+    fn kind(&self, index: usize) -> ValueKind {
+        let mut kinds = self.cells(index).filter_map(|cell| match cell {
+            Cell::Number(_) | Cell::Integer(_) => Some(ValueKind::Number),
+            Cell::Text(_) => Some(ValueKind::Text),
+            Cell::Missing => None,
+        });
+        match kinds.next() {
+            Some(first) if kinds.all(|kind| kind == first) => first,
+            _ => ValueKind::Unknown,
+        }
+    }
+}
+
+/// Returns the value of a cell in a condition.
+fn value(cell: &Cell) -> FilterValue<'_> {
+    match cell {
+        Cell::Number(x) => FilterValue::Number(*x),
+        Cell::Integer(i) => FilterValue::Integer(*i),
+        Cell::Text(text) => FilterValue::Text(Cow::Borrowed(text)),
+        Cell::Missing => FilterValue::Missing,
     }
 }

@@ -52,10 +52,10 @@ mod table;
 mod text;
 mod unit;
 
+pub use condition::{FilterError, UnknownColumn};
 pub use field::{
     Field, FieldError, FieldGrid, SeriesFile, TerminalInk, Values, VtiError, field_csv, pvd, vti,
 };
-pub use filter::FilterError;
 pub use page::{
     JobColumn, JobMaps, JobTable, Page, PageBlock, PageFigure, PageSection, quantity_words,
 };
@@ -67,5 +67,5 @@ pub use plot::{
 pub use png::{PngError, png};
 pub use table::{
     Cell, CellType, DataTable, ParquetFault, ParquetFile, TableColumn, TableError, TerminalLayout,
-    TypedColumn, UnknownColumn, WiderCell,
+    TypedColumn, WiderCell,
 };

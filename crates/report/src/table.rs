@@ -12,8 +12,7 @@ mod rows;
 mod terminal;
 
 pub use cell::Cell;
-pub(crate) use cell::compare_exactly;
-pub use error::{TableError, UnknownColumn};
+pub use error::TableError;
 pub use parquet::{CellType, ParquetFault, ParquetFile, TypedColumn, WiderCell};
 pub use rows::{DataTable, TableColumn};
 pub use terminal::TerminalLayout;

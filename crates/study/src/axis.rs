@@ -355,11 +355,14 @@ fn level(step: usize, length: usize) -> u32 {
 }
 
 /// Returns the level of a point: that of its finest step along an axis of numbers. The points up to
-/// any level are a coarse grid of all axes.
+/// any level are a coarse grid of all axes, and the first half, quarter and so on of a sample.
 pub(crate) fn point_level(groups: &[Group], steps: &[usize]) -> u32 {
-    let is_ordered = |group: &Group| group.axes.iter().any(SweepAxis::is_numeric);
-    let steps = groups.iter().zip(steps).filter(|(group, _)| is_ordered(group));
-    steps.map(|(group, step)| level(*step, group.length)).max().unwrap_or(0)
+    let levels = groups.iter().zip(steps).map(|(group, step)| match group.design {
+        Some(_) => usize::BITS - step.leading_zeros(),
+        None if group.axes.iter().any(SweepAxis::is_numeric) => level(*step, group.length),
+        None => 0,
+    });
+    levels.max().unwrap_or(0)
 }
 
 /// Returns every key that a base or an axis gives; some are returned more than once.

@@ -3,6 +3,7 @@
 
 use toml_edit::{DocumentMut, Item, Table as TomlTable, TableLike, Value as TomlValue};
 
+use crate::axis::SweepAxis;
 use crate::error::StudyError;
 use crate::key::{Key, Table};
 use crate::kind::Kind;
@@ -90,7 +91,7 @@ pub enum PlaceError {
 }
 
 /// Returns the text of a study in which each `KEY=VALUE` of `settings` is set and no longer an
-/// axis. `path` and `files` are those of [`Study::parse`].
+/// axis, nor derived. `path` and `files` are those of [`Study::parse`].
 ///
 /// # Errors
 ///
@@ -103,6 +104,10 @@ pub fn with_settings(
     files: &mut ReadFile<'_>,
 ) -> Result<String, EditError> {
     let mut document = parse(text, path, files)?;
+    let axes: Vec<Key> = match document.contains_key("points") && !settings.is_empty() {
+        true => Study::parse(text, path, files)?.axes().filter_map(SweepAxis::key).collect(),
+        false => Vec::new(),
+    };
     for setting in settings {
         let refuse = |reason: String| EditError::Setting { setting: setting.clone(), reason };
         let (name, value) = setting
@@ -122,9 +127,19 @@ pub fn with_settings(
         // A value that is no TOML is a text: punch.radius=2mm, method=seidel.
         let value = value.trim();
         let value: TomlValue = value.parse().unwrap_or_else(|_| TomlValue::from(value));
-        if let Some(sweep) = document.get_mut("sweep").and_then(Item::as_table_like_mut) {
-            remove_axis(sweep, key);
-            key.alternative().into_iter().for_each(|other| remove_axis(sweep, other));
+        let sweep = |document: &DocumentMut| document.get("sweep").map(ToString::to_string);
+        let swept = sweep(&document);
+        for table in ["sweep", "derive"] {
+            if let Some(table) = document.get_mut(table).and_then(Item::as_table_like_mut) {
+                remove_axis(table, key);
+                key.alternative().into_iter().for_each(|other| remove_axis(table, other));
+            }
+        }
+        let is_set = axes.iter().any(|axis| *axis == key || key.alternative() == Some(*axis));
+        if is_set && sweep(&document) == swept {
+            return Err(refuse(
+                "the file of [points] gives it; leave it out of `columns`".to_owned(),
+            ));
         }
         for key in std::iter::once(key).chain(key.alternative()) {
             remove_drawn(&mut document, key);

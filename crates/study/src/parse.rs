@@ -6,11 +6,15 @@ use toml::de::{DeTable, DeValue};
 use crate::adaptive::{self, Adaptive};
 use crate::assemble::HEIGHT_MAP;
 use crate::axis::{self, Group, MAX_POINTS};
+use crate::columns;
+use crate::derivation::{self, Derivation};
 use crate::error::{Mistake, StudyError, are_enough};
+use crate::exclusion::{self, Exclusion};
 use crate::figure;
 use crate::job::Job;
 use crate::key::{Key, Table};
 use crate::kind::Kind;
+use crate::points_file::{self, FilePoints};
 use crate::quantity::one_of;
 use crate::read::{self, Reader, entries};
 use crate::sample::ReadColumn;
@@ -23,8 +27,8 @@ use crate::{accuracy, sample, sweep};
 
 /// The names at the top of a study before those of the tables of kinds.
 const KEYS: &[&str] = &[
-    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "sample",
-    "refine", "bisect", "find", "fill",
+    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "points", "sweep",
+    "sample", "derive", "exclude", "keep", "refine", "bisect", "find", "fill",
 ];
 
 /// Returns the names that may stand at the top of a study.
@@ -110,12 +114,13 @@ impl Study {
         const PER_AXIS: usize = 64;
         let mut jobs = Vec::new();
         let mut steps = vec![0; self.groups.len()];
-        jobs.extend(self.job(&steps));
+        let job = |steps: &[usize]| self.job(steps).ok().filter(|_| self.has(steps));
+        jobs.extend(job(&steps));
         for (varied, group) in self.groups.iter().enumerate() {
             let count = group.length.min(PER_AXIS);
             for sample in 1..count {
                 steps[varied] = sample * (group.length - 1) / (count - 1);
-                jobs.extend(self.job(&steps));
+                jobs.extend(job(&steps));
             }
             steps[varied] = 0;
         }
@@ -155,7 +160,7 @@ impl Study {
     fn check(&self) -> Result<(), Vec<Mistake>> {
         let check = |index| self.job(&axis::steps(&self.groups, index)).err();
         let first = match self.is_listed() {
-            true => (0..self.points).into_par_iter().find_map_first(check),
+            true => self.indices().collect::<Vec<_>>().into_par_iter().find_map_first(check),
             false => None,
         };
         if self.is_listed() && first.is_none() {
@@ -172,6 +177,9 @@ impl Study {
             };
             for step in 0..length {
                 steps[varied] = step;
+                if !self.has(&steps) {
+                    continue;
+                }
                 let wrong = self.job(&steps).err().into_iter().flatten();
                 let known = mistakes.len();
                 match group.design {
@@ -215,11 +223,20 @@ fn parse(
     let question = read_text(&root, "question", &mut mistakes).unwrap_or_default();
     let kind = read_kind(&root, &mut mistakes);
     let (mut base, places) = read_base(text, &root, &mut mistakes);
-    let mut study_files = StudyFiles::default();
-    let mut column = |name: &str, column: &str, dimension: Dimension| {
-        study_files.read_column(name, column, dimension, files)
+    let mut read_files = StudyFiles::default();
+    let points = root.get("points").and_then(|node| {
+        let results = kind.columns([], []);
+        let is_result = |name: &str| columns::find(&results, name).is_some();
+        points_file::read_points(node, &mut read_files, files, &is_result, &mut mistakes)
+    });
+    let (of_file, remarks) = match points {
+        Some(FilePoints { group, remarks }) => (Some(group), remarks),
+        None => (None, Vec::new()),
     };
-    let mut groups = read_groups(text, &root, shards, &mut column, &mut mistakes);
+    let mut column = |name: &str, column: &str, dimension: Dimension| {
+        read_files.read_column(name, column, dimension, files)
+    };
+    let mut groups = read_groups(text, &root, of_file, shards, &mut column, &mut mistakes);
     let accuracy = root
         .get("accuracy")
         .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut mistakes));
@@ -241,16 +258,26 @@ fn parse(
         // them.
         return Err(mistakes);
     }
-    let columns = kind.columns(groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));
+    let derivation = root
+        .get("derive")
+        .map(|node| derivation::read(node, &base, &groups, &mut mistakes))
+        .unwrap_or_default();
+    let keys = || axis::keys(&base, &groups).chain(derivation.keys());
+    let columns = kind.columns(groups.iter().flat_map(Group::axes), keys());
     kind.read_columns(&root, &columns, &mut kind_table, &mut mistakes);
     let figures =
         root.get("figure").map(|node| figure::read_figures(node, &groups, &columns, &mut mistakes));
     let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);
+    let adaptive = adaptive.or(accuracy.map(Adaptive::Accuracy));
+    let exclusion = exclusion::read(&root, &base, &groups, keys(), &columns, &mut mistakes);
+    if let (Some(exclusion), Some(adaptive)) = (&exclusion, &adaptive) {
+        mistakes.extend(refuse_chosen(exclusion, adaptive, &groups, &derivation));
+    }
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
     let mut study = Study {
-        adaptive: adaptive.or(accuracy.map(Adaptive::Accuracy)),
+        adaptive,
         kind_table,
         name,
         question,
@@ -259,10 +286,14 @@ fn parse(
         suggestions: Vec::new(),
         points: axis::count(&groups).unwrap_or(0),
         part: None,
+        exclusion,
+        excluded: 0,
+        remarks,
         groups,
         base,
+        derivation,
         places,
-        files: study_files,
+        files: read_files,
         path: path.to_owned(),
         text: text.to_owned(),
     };
@@ -270,6 +301,7 @@ fn parse(
     if !unreadable.is_empty() {
         return Err(unreadable);
     }
+    study.leave_out().map_err(|mistake| vec![mistake])?;
     study.check_reach()?;
     study.check()?;
     study.suggestions = match &figures {
@@ -288,10 +320,12 @@ fn parse(
 /// The number of points of a sample that are checked when a study is read that cannot be listed.
 const TRIED_POINTS: usize = 1000;
 
-/// Reads `[sweep]` and `[sample]`, whose points are the fastest group.
+/// Reads `[sweep]` and `[sample]`, whose points are the fastest group, and brings the groups into
+/// the order of the file, with that of a file of points among them.
 fn read_groups(
     text: &str,
     root: &DeTable<'_>,
+    of_file: Option<Group>,
     shards: bool,
     column: &mut ReadColumn<'_>,
     mistakes: &mut Vec<Mistake>,
@@ -299,12 +333,38 @@ fn read_groups(
     let before = mistakes.len();
     let sweep = root.get("sweep").map(|node| sweep::read_sweep(text, node, mistakes));
     let sample = root.get("sample").and_then(|node| sample::read_sample(node, column, mistakes));
-    let groups: Vec<Group> = sweep.into_iter().flatten().chain(sample).collect();
+    let mut groups: Vec<Group> = sweep.into_iter().flatten().chain(of_file).collect();
+    // Keys that are written with dots arrive gathered by their tables, but their places count.
+    groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
+    groups.extend(sample);
     sweep::refuse_overlaps(&groups, mistakes);
     if mistakes.len() == before {
         mistakes.extend(sweep::too_many_points(&groups, shards));
     }
     groups
+}
+
+/// Refuses a condition over a key whose values the study chooses by its results: what it leaves out
+/// is decided before.
+fn refuse_chosen(
+    exclusion: &Exclusion,
+    adaptive: &Adaptive,
+    groups: &[Group],
+    derivation: &Derivation,
+) -> Option<Mistake> {
+    let axes: Vec<&axis::SweepAxis> = groups.iter().flat_map(Group::axes).collect();
+    let mut chosen: Vec<Key> =
+        adaptive.axes().iter().filter_map(|axis| axes[*axis].key()).collect();
+    if matches!(adaptive, Adaptive::Accuracy(_) | Adaptive::Refine { .. }) {
+        chosen.push(Key::Mesh);
+    }
+    let found = chosen.into_iter().find_map(|chosen| {
+        let depends = |key| key == chosen || derivation.follows(key, chosen);
+        Some((exclusion.using(depends)?, chosen))
+    });
+    let (span, chosen) = found?;
+    let message = format!("the study chooses values of `{}` as it goes", chosen.short());
+    Some(Mistake::new(span, message, "cannot depend on it"))
 }
 
 /// Notes the names at the top of a study that mean nothing there.

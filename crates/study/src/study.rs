@@ -42,9 +42,11 @@ use crate::assemble::locate;
 use crate::axis;
 use crate::axis::{Group, MAX_POINTS, MAX_SHARDS, SweepAxis};
 use crate::columns::Column;
+use crate::derivation::Derivation;
 use crate::design::SamplingMethod;
 use crate::design::arrangement::Arrangement;
 use crate::error::{Mistake, StudyError};
+use crate::exclusion::{Exclusion, HoldingCounts};
 use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::Key;
@@ -76,11 +78,18 @@ pub struct Study {
     pub(crate) adaptive: Option<Adaptive>,
     pub(crate) kind_table: KindTable,
     pub(crate) base: Vec<(Key, Given)>,
+    pub(crate) derivation: Derivation,
     pub(crate) places: TablePlaces,
     pub(crate) points: usize,
     /// The indices of the points that this part of the study has, in ascending order; `None` for
-    /// the whole.
+    /// all that the axes make.
     pub(crate) part: Option<Arc<[usize]>>,
+    /// The conditions by which points of the axes are left out.
+    pub(crate) exclusion: Option<Exclusion>,
+    /// The number of points that they leave out, of this part if it is one.
+    pub(crate) excluded: usize,
+    /// The remarks on what the file says without effect.
+    pub(crate) remarks: Vec<String>,
     pub(crate) files: StudyFiles,
     pub(crate) path: String,
     pub(crate) text: String,
@@ -166,7 +175,10 @@ impl Study {
 
     /// Returns every column of the study's results.
     pub fn columns(&self) -> Vec<Column> {
-        self.kind.columns(self.axes(), axis::keys(&self.base, &self.groups))
+        self.kind.columns(
+            self.axes(),
+            axis::keys(&self.base, &self.groups).chain(self.derivation.keys()),
+        )
     }
 
     /// Returns the surfaces that its jobs name.
@@ -189,11 +201,27 @@ impl Study {
         &self.path
     }
 
-    /// Returns the number of points of the whole study, of which this may be a part. There is at
+    /// Returns the number of points that the axes make, of which this may be a part. There is at
     /// least one, for a study without axes is its base.
     #[expect(clippy::len_without_is_empty, reason = "a study is never empty")]
     pub fn len(&self) -> usize {
         self.points
+    }
+
+    /// Returns the number of points that the conditions of the study leave out, of this part of it
+    /// if it is one. It is 0 for a study that is too large to be listed, of which the parts tell.
+    pub fn excluded(&self) -> usize {
+        self.excluded
+    }
+
+    /// Returns whether the study has conditions that leave points out.
+    pub fn has_conditions(&self) -> bool {
+        self.exclusion.is_some()
+    }
+
+    /// Returns remarks on what the file says without effect, in sentences.
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
     }
 
     /// Returns the `index`-th point; `None` from [`len`](Study::len) on. Points are in the order of
@@ -314,10 +342,9 @@ impl Study {
         show: impl FnOnce(&mut Vec<Value>),
     ) -> Option<StudyPoint> {
         let StudyPoint { mut values, .. } = self.point(index)?;
-        let mut sheet = self.sheet(&axis::steps(&self.groups, index));
-        for (key, setting) in settings {
-            let given = Given { setting: setting.clone(), span: 0..0, nth: None };
-            sheet.set(*key, Cow::Owned(given));
+        let (sheet, mistakes) = self.filled(&axis::steps(&self.groups, index), settings);
+        if !mistakes.is_empty() {
+            return None;
         }
         let job =
             self.kind.assemble(&self.kind_table, &sheet, &self.files.names, &self.places).ok()?;
@@ -438,6 +465,19 @@ impl Study {
         indices.dedup();
         let refused = |mistakes| StudyError::new(&self.path, &self.text, mistakes);
         self.require_possible(indices.len() as u64)?;
+        // A study that can be listed has left them out already.
+        let listed = indices.len();
+        if !self.is_listed() && self.exclusion.is_some() {
+            let kept = |index: usize| match self.leaves_out(index) {
+                Ok(true) => None,
+                Ok(false) => Some(Ok(index)),
+                Err(mistake) => Some(Err(mistake)),
+            };
+            let kept: Result<Vec<usize>, Mistake> =
+                indices.into_par_iter().filter_map(kept).collect();
+            indices = kept.map_err(|mistake| refused(vec![mistake]))?;
+        }
+        let excluded = listed - indices.len();
         if let Some(mistake) = too_many_entries(&self.groups, &self.base, indices.len()) {
             return Err(refused(vec![mistake]));
         }
@@ -448,7 +488,57 @@ impl Study {
         {
             return Err(refused(mistakes));
         }
-        Ok(Study { part: Some(indices.into()), ..self.clone() })
+        Ok(Study { part: Some(indices.into()), excluded, ..self.clone() })
+    }
+
+    /// Returns whether the conditions leave out the point with an index.
+    ///
+    /// # Errors
+    ///
+    /// Returns the mistake of a condition that has no meaning at the point, at its place.
+    pub fn excludes(&self, index: usize) -> Result<bool, StudyError> {
+        self.leaves_out(index)
+            .map_err(|mistake| StudyError::new(&self.path, &self.text, vec![mistake]))
+    }
+
+    fn leaves_out(&self, index: usize) -> Result<bool, Mistake> {
+        let Some(exclusion) = &self.exclusion else { return Ok(false) };
+        let steps = axis::steps(&self.groups, index);
+        exclusion.excludes(&self.groups, &steps, &self.sheet(&steps)).map(|(excluded, _)| excluded)
+    }
+
+    /// Leaves out the points for which the conditions say so, in a study that can be listed.
+    pub(crate) fn leave_out(&mut self) -> Result<(), Mistake> {
+        let Some(exclusion) = self.exclusion.as_ref().filter(|_| self.is_listed()) else {
+            return Ok(());
+        };
+        let decide = |index: usize| {
+            let steps = axis::steps(&self.groups, index);
+            exclusion.excludes(&self.groups, &steps, &self.sheet(&steps))
+        };
+        let decided: Vec<(bool, HoldingCounts)> =
+            (0..self.points).into_par_iter().map(decide).collect::<Result<_, _>>()?;
+        let kept =
+            |(index, (excluded, _)): (usize, &(bool, HoldingCounts))| (!excluded).then_some(index);
+        let part: Vec<usize> = decided.iter().enumerate().filter_map(kept).collect();
+        if part.is_empty() {
+            return Err(exclusion.leaves_none(self.points));
+        }
+        let holding = decided.into_iter().map(|(_, holding)| holding);
+        let holding = holding.fold(HoldingCounts::default(), HoldingCounts::with);
+        self.remarks.extend(exclusion.idle(self.points, &holding));
+        self.excluded = self.points - part.len();
+        self.part = (self.excluded > 0).then(|| part.into());
+        Ok(())
+    }
+
+    /// Returns whether the study has a point with some steps: false only where the conditions leave
+    /// it out.
+    pub(crate) fn has(&self, steps: &[usize]) -> bool {
+        self.exclusion.as_ref().is_none_or(|exclusion| {
+            let decided = exclusion.excludes(&self.groups, steps, &self.sheet(steps));
+            decided.is_ok_and(|(excluded, _)| !excluded)
+        })
     }
 
     /// Returns whether the points that differ only in the steps of a group of axes belong together:
@@ -474,16 +564,33 @@ impl Study {
         indices.into_par_iter().filter_map(|index| self.point(index)).collect()
     }
 
+    /// Returns the sheet of a point, without what cannot be derived there.
     pub(crate) fn sheet(&self, steps: &[usize]) -> Sheet<'_> {
+        self.filled(steps, &[]).0
+    }
+
+    /// Returns the sheet of a point with some settings in place of its own, and why keys cannot be
+    /// derived there.
+    fn filled(&self, steps: &[usize], settings: &[(Key, Setting)]) -> (Sheet<'_>, Vec<Mistake>) {
         let mut sheet = Sheet::new(self.base.iter().map(|(key, given)| (*key, given)));
         for (group, step) in self.groups.iter().zip(steps) {
             group.apply(*step, &mut sheet);
         }
-        sheet
+        for (key, setting) in settings {
+            let given = Given { setting: setting.clone(), span: 0..0, nth: None };
+            sheet.set(*key, Cow::Owned(given));
+        }
+        let is_set = |key: Key| settings.iter().any(|(other, _)| *other == key);
+        let mistakes = self.derivation.apply(&mut sheet, is_set);
+        (sheet, mistakes)
     }
 
     pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Mistake>> {
-        self.assembled(&self.sheet(steps))
+        let (sheet, mistakes) = self.filled(steps, &[]);
+        if !mistakes.is_empty() {
+            return Err(mistakes);
+        }
+        self.assembled(&sheet)
     }
 
     /// Assembles the job of a sheet, which must suit the study's choice of points as well.

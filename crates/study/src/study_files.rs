@@ -79,7 +79,7 @@ impl StudyFiles {
     }
 
     /// Reads a file that the study names, once.
-    fn load(&mut self, name: &str, files: &mut ReadFile<'_>) -> Result<(), String> {
+    pub(crate) fn load(&mut self, name: &str, files: &mut ReadFile<'_>) -> Result<(), String> {
         if !self.bytes.contains_key(name) {
             let NamedFile { bytes, may_quote } = files(name)?;
             if !may_quote {
@@ -91,12 +91,12 @@ impl StudyFiles {
     }
 
     /// Returns the bytes of a file that was loaded.
-    fn loaded(&self, name: &str) -> &[u8] {
+    pub(crate) fn loaded(&self, name: &str) -> &[u8] {
         self.bytes.get(name).map_or(&[], Vec::as_slice)
     }
 
     /// Says the faults of a file as far as they may be said.
-    fn words(&self, file: &str, faults: &FileFaults) -> String {
+    pub(crate) fn words(&self, file: &str, faults: &FileFaults) -> String {
         faults.words(!self.secret.contains(file))
     }
 

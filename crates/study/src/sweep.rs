@@ -20,7 +20,7 @@ pub(crate) use fit::{
 use fit::{refuse_excess, refuse_repeated_rows};
 use range::{AxisValues, is_range, read_range};
 
-/// Reads `[sweep]`.
+/// Reads the axes of `[sweep]`.
 pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> Vec<Group> {
     let DeValue::Table(table) = node.get_ref() else {
         mistakes.push(read::mistyped("sweep", node, "a table of axes"));
@@ -44,9 +44,6 @@ pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake
             }));
         }
     }
-    // Keys that are written with dots arrive gathered by their tables, but their places count.
-    groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
-    refuse_overlaps(&groups, mistakes);
     groups
 }
 

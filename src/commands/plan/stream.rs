@@ -33,7 +33,9 @@ struct PlannedPoint {
 pub(super) fn spread(study: &Study) -> Vec<StudyPoint> {
     let count = LOOKED_AT.min(study.len());
     let index = |point: usize| point * (study.len() - 1) / (count - 1).max(1);
-    (0..count).into_par_iter().filter_map(|point| study.point(index(point))).collect()
+    let kept = |index: &usize| study.excludes(*index).is_ok_and(|excluded| !excluded);
+    let indices = (0..count).into_par_iter().map(index).filter(kept);
+    indices.filter_map(|index| study.point(index)).collect()
 }
 
 /// Returns the sums over all points of a study; a point without meaning is an error.
@@ -45,16 +47,20 @@ pub(super) fn tally(study: &Study, reader: Option<&StoreReader>) -> Result<PlanT
             study.len()
         );
     }
-    let mut tally = PlanTally { points: study.len(), ..PlanTally::default() };
+    let mut tally = PlanTally::default();
     // Half of a digest tells 10⁷ jobs apart but for one chance in 10²⁴.
     let mut seen: HashSet<u128> = HashSet::new();
     for first in (0..study.len()).step_by(AT_A_TIME) {
         let last = study.len().min(first + AT_A_TIME);
-        let points: Vec<Result<PlannedPoint>> =
+        let points: Vec<Result<Option<PlannedPoint>>> =
             (first..last).into_par_iter().map(|index| planned(study, index)).collect();
         let mut distinct = Vec::with_capacity(points.len());
         for point in points {
-            let point = point?;
+            let Some(point) = point? else {
+                tally.excluded += 1;
+                continue;
+            };
+            tally.points += 1;
             if seen.insert(half(&point.key)) {
                 distinct.push(point);
             }
@@ -72,10 +78,14 @@ pub(super) fn tally(study: &Study, reader: Option<&StoreReader>) -> Result<PlanT
     Ok(tally)
 }
 
-fn planned(study: &Study, index: usize) -> Result<PlannedPoint> {
+/// Returns what a plan needs to know of a point; `None` if the study's conditions leave it out.
+fn planned(study: &Study, index: usize) -> Result<Option<PlannedPoint>> {
+    if study.excludes(index)? {
+        return Ok(None);
+    }
     let job = study.job_at(index)?;
     let forecast = forecast(&job, study.surfaces()).map_err(|error| study.refuse(index, &error))?;
-    Ok(PlannedPoint { key: job.key(), forecast, increments: increments_of(&job) })
+    Ok(Some(PlannedPoint { key: job.key(), forecast, increments: increments_of(&job) }))
 }
 
 fn half(key: &JobKey) -> u128 {

@@ -8,6 +8,8 @@ use contact::Forecast;
 #[derive(Default)]
 pub(super) struct PlanTally {
     pub(super) points: usize,
+    /// The number of points that conditions leave out.
+    pub(super) excluded: usize,
     /// The number of distinct jobs, those with a result included.
     pub(super) jobs: usize,
     pub(super) to_run: usize,

@@ -32,7 +32,7 @@ pub(super) fn before(
     filter: Option<&str>,
     doubts: &[String],
 ) -> Result<Vec<PageSection>> {
-    let Progress { points, done, failed, left } = results.progress();
+    let Progress { points, done, failed, left, excluded } = results.progress();
     let mut blocks = Vec::new();
     let mut said =
         format!("{done} of {} are solved and certified", count(points, "point", "points"));
@@ -41,6 +41,9 @@ pub(super) fn before(
     }
     if left > 0 {
         said += &format!(", {left} have no result yet");
+    }
+    if excluded > 0 {
+        said += &format!("; {excluded} more of the axes are excluded by the study");
     }
     blocks.push(PageBlock::Words(said + "."));
     blocks.extend(doubts.iter().cloned().map(PageBlock::Warning));

@@ -217,6 +217,10 @@ impl ClassedGroup {
 /// Forecasts the point with an index.
 fn weight(study: &Study, index: usize) -> Result<Weight, AnswerError> {
     let Some(point) = study.point(index) else {
+        // What the conditions leave out need not make sense, and takes nothing.
+        if study.has_conditions() && study.restricted(vec![index])?.indices().next().is_none() {
+            return Ok(Weight { cost: 1, operator: 0 });
+        }
         // What is wrong with it is said at its place.
         study.restricted(vec![index])?;
         return Err(AnswerError::Inconsistent("a point of the study cannot be made"));

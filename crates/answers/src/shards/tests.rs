@@ -213,3 +213,32 @@ fn a_study_of_a_thousand_million_points_is_cut_without_listing_it() {
     let too_many = study.restricted((0..200_001).collect()).unwrap_err().render(false);
     assert!(too_many.contains("needs more shards"), "{too_many}");
 }
+
+/// Conditions hold in every shard, and what they leave out may make no sense.
+#[test]
+fn conditions_leave_out_points_of_every_shard() {
+    let text = |count: usize, other: usize| {
+        format!(
+            "{}[sweep]\n\"friction.mu\" = {{ from = -1, to = 1, count = {count} }}\n\
+             \"scene.foundation.base.shear_modulus\" = {{ from = 1e9, to = 2e9, count = {other} }}\n\
+             mesh = [4, 8]\n[[exclude]]\nwhen = \"mu < 0\"\n",
+            SPHERE.replace("mesh = 8\n", "")
+        )
+    };
+    let small = Study::parse(&text(5, 2), "small.toml", &mut |_| Err(String::new())).unwrap();
+    assert_eq!((small.len(), small.excluded()), (20, 8));
+    let partition = Partition::of(&small, 3).unwrap();
+    let mut indices: Vec<usize> =
+        (1..=3).flat_map(|index| partition.indices(shard(index, 3))).collect();
+    indices.sort_unstable();
+    assert_eq!(indices, small.indices().collect::<Vec<_>>());
+    let text = text(501, 300);
+    let large = Study::parse_sharded(&text, "large.toml", &mut |_| Err(String::new())).unwrap();
+    assert_eq!((large.len(), large.is_listed()), (300_600, false));
+    let partition = Partition::of(&large, 8).unwrap();
+    let parts: Vec<Study> =
+        (1..=8).map(|index| partition.part(&large, shard(index, 8)).unwrap()).collect();
+    let kept: usize = parts.iter().map(|part| part.indices().count()).sum();
+    let left_out: usize = parts.iter().map(Study::excluded).sum();
+    assert_eq!((kept, left_out), (150_600, 150_000));
+}

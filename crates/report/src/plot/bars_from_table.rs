@@ -1,9 +1,11 @@
 //! Figures of bars with whiskers, of the columns of a table.
 
+use condition::UnknownColumn;
+
 use super::error::{FigureError, MOST_PANELS, MOST_SERIES};
 use super::figure::{PlotAxis, PlotFigure, PlotPanel, Series, Style};
 use super::value_text::ValueFormat;
-use crate::table::{Cell, DataTable, UnknownColumn};
+use crate::table::{Cell, DataTable};
 
 /// The columns of a table that a figure of bars shows, for
 /// [`PlotFigure::bars_from_table`](crate::PlotFigure::bars_from_table).

@@ -1,8 +1,7 @@
 //! The reasons why a table cannot be drawn.
 
+use condition::UnknownColumn;
 use thiserror::Error;
-
-use crate::table::UnknownColumn;
 
 /// The largest number of panels that can be read.
 pub(super) const MOST_PANELS: usize = 16;

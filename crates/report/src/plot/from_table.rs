@@ -1,5 +1,7 @@
 //! Figures of the columns of a table.
 
+use condition::UnknownColumn;
+
 use super::error::{FigureError, MOST_SERIES};
 use super::figure::{BandPoint, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
 use super::groups::{Groups, numbers, text_in};
@@ -7,7 +9,7 @@ use super::histogram;
 use super::spec::{FigureForm, FigureSpec};
 use super::value_text::ValueFormat;
 use crate::fit::{Fit, straight};
-use crate::table::{Cell, DataTable, UnknownColumn};
+use crate::table::{Cell, DataTable};
 
 impl PlotFigure {
     /// Makes a figure of columns of a table.

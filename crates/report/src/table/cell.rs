@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::cmp::Ordering;
 
+use condition::compare_exactly;
+
 use crate::number::exact;
 
 /// One value of a table.
@@ -65,20 +67,6 @@ impl From<i64> for Cell {
 impl From<&str> for Cell {
     fn from(text: &str) -> Self {
         Cell::Text(text.to_owned())
-    }
-}
-
-/// Returns the numerical order of an integer and a number that is not NaN, without rounding the
-/// integer.
-pub(crate) fn compare_exactly(i: i64, x: f64) -> Ordering {
-    // 2⁶³ is a number, i64::MAX is not.
-    if x >= 9_223_372_036_854_775_808.0 {
-        Ordering::Less
-    } else if x < -9_223_372_036_854_775_808.0 {
-        Ordering::Greater
-    } else {
-        let whole = x.trunc();
-        i.cmp(&(whole as i64)).then(whole.partial_cmp(&x).unwrap_or(Ordering::Equal))
     }
 }
 

@@ -2,8 +2,10 @@
 
 use std::cmp::Ordering;
 
+use condition::UnknownColumn;
+
 use super::cell::{Cell, compare};
-use super::error::{TableError, UnknownColumn};
+use super::error::TableError;
 
 /// The name of a column and the unit of its numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]

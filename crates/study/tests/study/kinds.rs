@@ -81,6 +81,10 @@ fn a_uniqueness_set_too_fine_for_a_record_is_refused() {
     assert_eq!(refused("512", 0.5), None, "μ* = ∞ needs no witness");
 }
 
+/// The keys of a sample, of which a study of sensitivity makes its design.
+const SAMPLE: &str = "[sample]\nmethod = \"sobol\"\ncount = 4\n[sample.keys]\n\
+                      friction.mu = { from = 0.1, to = 0.5 }\n[sensitivity]\nof = \"load\"\n";
+
 #[test]
 fn jobs_of_every_kind_are_written_and_read() {
     let ladder = "[sweep]\nmesh = [8, 16, 32]\n";
@@ -90,6 +94,7 @@ fn jobs_of_every_kind_are_written_and_read() {
         of_kind("cost", &format!("{ladder}[cost]\nrepeat = 2\nthreads = 2\non = \"load\"\n")),
         of_kind("multiplicity", "[search]\nstarts = 5\nseed = 9\n"),
         read(UNIQUENESS),
+        of_kind("sensitivity", SAMPLE),
     ];
     assert_eq!(studies.len(), Kind::ALL.len());
     let mut keys = std::collections::HashSet::new();

@@ -5,6 +5,7 @@ mod edited;
 mod kinds;
 mod limits;
 mod materials;
+mod points;
 mod refused;
 mod sample;
 mod sensitivity;

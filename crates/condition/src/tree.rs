@@ -5,16 +5,20 @@ use std::borrow::Cow;
 /// The kind of value that an expression has. `Unknown` stands for a column that mixes kinds or has
 /// no values at all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ValueKind {
+pub enum ValueKind {
+    /// Numbers, whole or not.
     Number,
+    /// Texts.
     Text,
+    /// True or false.
     Truth,
+    /// Values of several kinds, or none.
     Unknown,
 }
 
 impl ValueKind {
     /// Returns the kind as messages call it.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             ValueKind::Number => "a number",
             ValueKind::Text => "text",
@@ -24,19 +28,25 @@ impl ValueKind {
     }
 }
 
-/// The value of an expression for one row. A missing cell, NaN and `null` are all `Missing`.
+/// The value of an expression for the values of names. A missing value, NaN and `null` are all
+/// `Missing`.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum FilterValue<'a> {
+pub enum FilterValue<'a> {
+    /// A whole number.
     Integer(i64),
+    /// A number; NaN counts as missing.
     Number(f64),
+    /// A text.
     Text(Cow<'a, str>),
+    /// True or false.
     Truth(bool),
+    /// Nothing.
     Missing,
 }
 
 impl FilterValue<'_> {
     /// Returns the kind of the value; it is unknown for a missing one.
-    pub(super) fn kind(&self) -> ValueKind {
+    pub(crate) fn kind(&self) -> ValueKind {
         match self {
             FilterValue::Integer(_) | FilterValue::Number(_) => ValueKind::Number,
             FilterValue::Text(_) => ValueKind::Text,
@@ -48,7 +58,7 @@ impl FilterValue<'_> {
 
 /// A comparison of two values.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Relation {
+pub(crate) enum Relation {
     Equal,
     NotEqual,
     Less,
@@ -59,7 +69,7 @@ pub(super) enum Relation {
 
 /// An operation on two numbers.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Arithmetic {
+pub(crate) enum Arithmetic {
     Plus,
     Minus,
     Times,
@@ -69,17 +79,17 @@ pub(super) enum Arithmetic {
 
 /// A test of a text against a pattern.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum TextTest {
+pub(crate) enum TextTest {
     Contains,
     StartsWith,
     EndsWith,
 }
 
 /// The operation of an expression, with its operands.
-#[derive(Debug)]
-pub(super) enum ExpressionNode {
+#[derive(Clone, Debug)]
+pub(crate) enum ExpressionNode {
     Constant(FilterValue<'static>),
-    /// The cell of a column, by the column's index in the table.
+    /// The value of a name, by its index.
     Column(usize),
     Not(Box<Expression>),
     And(Box<Expression>, Box<Expression>),
@@ -97,17 +107,39 @@ pub(super) enum ExpressionNode {
 }
 
 /// A compiled expression.
-#[derive(Debug)]
-pub(super) struct Expression {
-    pub(super) node: ExpressionNode,
-    pub(super) kind: ValueKind,
+#[derive(Clone, Debug)]
+pub(crate) struct Expression {
+    pub(crate) node: ExpressionNode,
+    pub(crate) kind: ValueKind,
     /// The name in messages: `column `mu`` or `"text"`.
-    pub(super) label: String,
+    pub(crate) label: String,
 }
 
 impl Expression {
     /// Returns a sentence that says of which kind the expression is.
-    pub(super) fn described(&self) -> String {
+    pub(crate) fn described(&self) -> String {
         format!("{} is {}", self.label, self.kind.name())
+    }
+
+    /// Returns whether the expression uses the name with an index.
+    pub(crate) fn uses(&self, index: usize) -> bool {
+        match &self.node {
+            ExpressionNode::Constant(_) => false,
+            ExpressionNode::Column(used) => *used == index,
+            ExpressionNode::Not(a) | ExpressionNode::IsMissing(a) | ExpressionNode::Absolute(a) => {
+                a.uses(index)
+            }
+            ExpressionNode::And(a, b)
+            | ExpressionNode::Or(a, b)
+            | ExpressionNode::Compare(_, a, b)
+            | ExpressionNode::Arithmetic(_, a, b)
+            | ExpressionNode::Text(_, a, b) => a.uses(index) || b.uses(index),
+            ExpressionNode::In(a, members) => {
+                a.uses(index) || members.iter().any(|member| member.uses(index))
+            }
+            ExpressionNode::Choose(condition, yes, no) => {
+                condition.uses(index) || yes.uses(index) || no.uses(index)
+            }
+        }
     }
 }

@@ -1,11 +1,38 @@
 //! The reasons why a filter is refused.
 
+use std::fmt;
+
 use thiserror::Error;
 
-use crate::table::UnknownColumn;
-
 /// The length of the longest expression, in bytes.
-pub(super) const LONGEST: usize = 4096;
+pub(crate) const LONGEST: usize = 4096;
+
+/// A column that was asked for is not in the table.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct UnknownColumn {
+    /// The name that was asked for.
+    pub name: String,
+    /// The columns with a similar name, closest first.
+    pub close: Vec<String>,
+    /// The names of all columns of the table.
+    pub columns: Vec<String>,
+}
+
+impl fmt::Display for UnknownColumn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "there is no column `{}`", self.name)?;
+        if self.close.is_empty() {
+            match self.columns.as_slice() {
+                [] => write!(f, "; the table has no columns"),
+                columns => write!(f, "; the columns are {}", columns.join(", ")),
+            }
+        } else {
+            write!(f, "; did you mean {}?", self.close.join(" or "))
+        }
+    }
+}
+
+impl std::error::Error for UnknownColumn {}
 
 /// A reason why a filter is refused.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]

@@ -3,48 +3,53 @@
 use std::borrow::Cow;
 use std::cmp::Ordering;
 
-use super::tree::{Arithmetic, Expression, ExpressionNode, FilterValue, Relation, TextTest};
-use crate::table::{Cell, compare_exactly};
+use crate::tree::{Arithmetic, Expression, ExpressionNode, FilterValue, Relation, TextTest};
 
-/// Returns the value of an expression for a row.
+/// Returns the value of an expression for the values of names.
 ///
 /// # Errors
-/// A message if the expression meets values of kinds that do not fit, which only the row tells: a
+/// A message if the expression meets values of kinds that do not fit, which only the values tell: a
 /// column may mix kinds.
-fn evaluate<'a>(expression: &'a Expression, row: &'a [Cell]) -> Result<FilterValue<'a>, String> {
+fn evaluate<'a>(
+    expression: &'a Expression,
+    values: &dyn Fn(usize) -> FilterValue<'a>,
+) -> Result<FilterValue<'a>, String> {
     let logical = |value: Option<bool>| Ok(value.map_or(FilterValue::Missing, FilterValue::Truth));
     match &expression.node {
         ExpressionNode::Constant(value) => Ok(match value {
             FilterValue::Text(text) => FilterValue::Text(Cow::Borrowed(text)),
             other => other.clone(),
         }),
-        ExpressionNode::Column(index) => Ok(cell_value(&row[*index])),
-        ExpressionNode::Not(a) => logical(Operand::new(a, row)?.truth()?.map(|t| !t)),
-        ExpressionNode::And(a, b) => logical(match Operand::new(a, row)?.truth()? {
+        ExpressionNode::Column(index) => Ok(match values(*index) {
+            FilterValue::Number(x) if x.is_nan() => FilterValue::Missing,
+            value => value,
+        }),
+        ExpressionNode::Not(a) => logical(Operand::new(a, values)?.truth()?.map(|t| !t)),
+        ExpressionNode::And(a, b) => logical(match Operand::new(a, values)?.truth()? {
             Some(false) => Some(false),
-            left => match Operand::new(b, row)?.truth()? {
+            left => match Operand::new(b, values)?.truth()? {
                 Some(true) => left,
                 Some(false) => Some(false),
                 None => None,
             },
         }),
-        ExpressionNode::Or(a, b) => logical(match Operand::new(a, row)?.truth()? {
+        ExpressionNode::Or(a, b) => logical(match Operand::new(a, values)?.truth()? {
             Some(true) => Some(true),
-            left => match Operand::new(b, row)?.truth()? {
+            left => match Operand::new(b, values)?.truth()? {
                 Some(false) => left,
                 Some(true) => Some(true),
                 None => None,
             },
         }),
         ExpressionNode::Compare(relation, a, b) => {
-            logical(holds(*relation, &Operand::new(a, row)?, &Operand::new(b, row)?)?)
+            logical(holds(*relation, &Operand::new(a, values)?, &Operand::new(b, values)?)?)
         }
         ExpressionNode::IsMissing(a) => {
-            Ok(FilterValue::Truth(evaluate(a, row)? == FilterValue::Missing))
+            Ok(FilterValue::Truth(evaluate(a, values)? == FilterValue::Missing))
         }
         ExpressionNode::Arithmetic(operation, a, b) => {
             let (Some(x), Some(y)) =
-                (Operand::new(a, row)?.number()?, Operand::new(b, row)?.number()?)
+                (Operand::new(a, values)?.number()?, Operand::new(b, values)?.number()?)
             else {
                 return Ok(FilterValue::Missing);
             };
@@ -57,14 +62,14 @@ fn evaluate<'a>(expression: &'a Expression, row: &'a [Cell]) -> Result<FilterVal
             };
             Ok(if result.is_nan() { FilterValue::Missing } else { FilterValue::Number(result) })
         }
-        ExpressionNode::Absolute(a) => Ok(Operand::new(a, row)?
+        ExpressionNode::Absolute(a) => Ok(Operand::new(a, values)?
             .number()?
             .map_or(FilterValue::Missing, |x| FilterValue::Number(x.abs()))),
         ExpressionNode::In(a, members) => {
-            let value = Operand::new(a, row)?;
+            let value = Operand::new(a, values)?;
             let mut found = Some(false);
             for member in members {
-                match holds(Relation::Equal, &value, &Operand::new(member, row)?)? {
+                match holds(Relation::Equal, &value, &Operand::new(member, values)?)? {
                     Some(true) => return Ok(FilterValue::Truth(true)),
                     Some(false) => {}
                     None => found = None,
@@ -73,14 +78,14 @@ fn evaluate<'a>(expression: &'a Expression, row: &'a [Cell]) -> Result<FilterVal
             logical(found)
         }
         ExpressionNode::Choose(condition, yes, no) => {
-            match Operand::new(condition, row)?.truth()? {
-                Some(true) => evaluate(yes, row),
-                Some(false) => evaluate(no, row),
+            match Operand::new(condition, values)?.truth()? {
+                Some(true) => evaluate(yes, values),
+                Some(false) => evaluate(no, values),
                 None => Ok(FilterValue::Missing),
             }
         }
         ExpressionNode::Text(test, text, pattern) => {
-            text_test(*test, evaluate(text, row)?, evaluate(pattern, row)?)
+            text_test(*test, evaluate(text, values)?, evaluate(pattern, values)?)
         }
     }
 }
@@ -89,17 +94,24 @@ fn evaluate<'a>(expression: &'a Expression, row: &'a [Cell]) -> Result<FilterVal
 ///
 /// # Errors
 /// A message if the expression meets values of kinds that do not fit.
-pub(super) fn truth(condition: &Expression, row: &[Cell]) -> Result<Option<bool>, String> {
-    Operand::new(condition, row)?.truth()
+pub(crate) fn truth<'a>(
+    condition: &'a Expression,
+    values: &dyn Fn(usize) -> FilterValue<'a>,
+) -> Result<Option<bool>, String> {
+    Operand::new(condition, values)?.truth()
 }
 
-fn cell_value(cell: &Cell) -> FilterValue<'_> {
-    match cell {
-        Cell::Number(x) if x.is_nan() => FilterValue::Missing,
-        Cell::Number(x) => FilterValue::Number(*x),
-        Cell::Integer(i) => FilterValue::Integer(*i),
-        Cell::Text(text) => FilterValue::Text(Cow::Borrowed(text)),
-        Cell::Missing => FilterValue::Missing,
+/// Returns the numerical order of an integer and a number that is not NaN, without rounding the
+/// integer.
+pub fn compare_exactly(i: i64, x: f64) -> Ordering {
+    // 2⁶³ is a number, i64::MAX is not.
+    if x >= 9_223_372_036_854_775_808.0 {
+        Ordering::Less
+    } else if x < -9_223_372_036_854_775_808.0 {
+        Ordering::Greater
+    } else {
+        let whole = x.trunc();
+        i.cmp(&(whole as i64)).then(whole.partial_cmp(&x).unwrap_or(Ordering::Equal))
     }
 }
 
@@ -132,8 +144,11 @@ struct Operand<'a> {
 }
 
 impl<'a> Operand<'a> {
-    fn new(expression: &'a Expression, row: &'a [Cell]) -> Result<Operand<'a>, String> {
-        Ok(Operand { expression, value: evaluate(expression, row)? })
+    fn new(
+        expression: &'a Expression,
+        values: &dyn Fn(usize) -> FilterValue<'a>,
+    ) -> Result<Operand<'a>, String> {
+        Ok(Operand { expression, value: evaluate(expression, values)? })
     }
 
     /// Returns the truth of a condition, or `None` if it is unknown.

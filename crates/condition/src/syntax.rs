@@ -1,9 +1,9 @@
 //! The message about an expression that does not follow the grammar.
 
-use super::error::FilterError;
+use crate::error::FilterError;
 
 /// Reports the first of the parser's errors in words of our own, with its place.
-pub(super) fn syntax_error(expression: &str, errors: &cel::ParseErrors) -> FilterError {
+pub(crate) fn syntax_error(expression: &str, errors: &cel::ParseErrors) -> FilterError {
     let flat: String = expression.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let first = errors.errors.first();
     // CEL counts lines from 1 and columns from 0 or 1, in characters.

@@ -5,19 +5,30 @@ use std::borrow::Cow;
 
 use cel::common::ast::{CallExpr, Expr, LiteralValue, operators};
 
-use super::error::{FilterError, LONGEST};
-use super::syntax::syntax_error;
-use super::tree::{
+use crate::error::{FilterError, LONGEST, UnknownColumn};
+use crate::syntax::syntax_error;
+use crate::tree::{
     Arithmetic, Expression, ExpressionNode, FilterValue, Relation, TextTest, ValueKind,
 };
-use crate::table::{Cell, DataTable};
 
 type Compiled = Result<Expression, FilterError>;
 /// An operand of a node that is not yet built.
 type CompiledOperand = Result<Box<Expression>, FilterError>;
 
-/// Compiles the condition that an expression states about the rows of a table.
-pub(super) fn compile(text: &str, table: &DataTable) -> Compiled {
+/// The names that a condition may use.
+pub trait ConditionNames {
+    /// Returns the index of a name.
+    ///
+    /// # Errors
+    /// There is no such name; the error says those that come close.
+    fn find(&self, name: &str) -> Result<usize, UnknownColumn>;
+
+    /// Returns the kind that all values of the name with an index have.
+    fn kind(&self, index: usize) -> ValueKind;
+}
+
+/// Compiles the condition that a text states about names.
+pub(crate) fn compile(text: &str, names: &dyn ConditionNames) -> Compiled {
     if text.trim().is_empty() {
         return Err(FilterError::Empty);
     }
@@ -26,7 +37,7 @@ pub(super) fn compile(text: &str, table: &DataTable) -> Compiled {
     }
     let tree =
         cel::parser::Parser::new().parse(text).map_err(|errors| syntax_error(text, &errors))?;
-    let condition = expression(&tree.expr, table)?;
+    let condition = expression(&tree.expr, names)?;
     expect(&condition, ValueKind::Truth, "a filter must be a condition such as `mu > 0.3`")?;
     Ok(condition)
 }
@@ -54,18 +65,18 @@ fn spelled(tree: &Expr) -> Option<String> {
 }
 
 /// Compiles an expression or one of its operands.
-fn expression(tree: &Expr, table: &DataTable) -> Compiled {
+fn expression(tree: &Expr, names: &dyn ConditionNames) -> Compiled {
     if let Some(name) = spelled(tree) {
-        let index = table.column(&name)?;
+        let index = names.find(&name)?;
         return Ok(Expression {
             node: ExpressionNode::Column(index),
-            kind: column_kind(table, index),
+            kind: names.kind(index),
             label: format!("column `{name}`"),
         });
     }
     match tree {
         Expr::Literal(literal) => constant(literal),
-        Expr::Call(call) => Call { call, table }.compiled(),
+        Expr::Call(call) => Call { call, names }.compiled(),
         Expr::List(_) => Err(FilterError::Unsupported("a list other than after `in`".to_owned())),
         Expr::Map(_) | Expr::Struct(_) => Err(FilterError::Unsupported("`{…}`".to_owned())),
         Expr::Select(select) => {
@@ -75,19 +86,6 @@ fn expression(tree: &Expr, table: &DataTable) -> Compiled {
             Err(FilterError::Unsupported("a macro such as all() or exists()".to_owned()))
         }
         Expr::Unspecified | Expr::Ident(_) => Err(FilterError::Empty),
-    }
-}
-
-/// Returns the kind that all values of a column have.
-fn column_kind(table: &DataTable, index: usize) -> ValueKind {
-    let mut kinds = table.cells(index).filter_map(|cell| match cell {
-        Cell::Number(_) | Cell::Integer(_) => Some(ValueKind::Number),
-        Cell::Text(_) => Some(ValueKind::Text),
-        Cell::Missing => None,
-    });
-    match kinds.next() {
-        Some(first) if kinds.all(|kind| kind == first) => first,
-        _ => ValueKind::Unknown,
     }
 }
 
@@ -123,7 +121,7 @@ fn number(node: ExpressionNode) -> Expression {
 /// that is wrong is the one that the message names.
 struct Call<'a> {
     call: &'a CallExpr,
-    table: &'a DataTable,
+    names: &'a dyn ConditionNames,
 }
 
 impl Call<'_> {
@@ -162,7 +160,7 @@ impl Call<'_> {
 
     fn argument(&self, index: usize) -> CompiledOperand {
         match self.call.args.get(index) {
-            Some(argument) => Ok(Box::new(expression(&argument.expr, self.table)?)),
+            Some(argument) => Ok(Box::new(expression(&argument.expr, self.names)?)),
             None => {
                 Err(FilterError::Mismatch(format!("`{}` lacks an argument", self.call.func_name)))
             }
@@ -188,7 +186,7 @@ impl Call<'_> {
             let message = format!("`.{}` takes one text", self.call.func_name);
             return Err(FilterError::Mismatch(message));
         }
-        let text = Box::new(expression(target, self.table)?);
+        let text = Box::new(expression(target, self.names)?);
         let pattern = self.argument(0)?;
         let need = format!("`.{}` needs text", self.call.func_name);
         expect(&text, ValueKind::Text, &need)?;
@@ -294,7 +292,7 @@ impl Call<'_> {
         };
         let mut members = Vec::new();
         for element in &list.elements {
-            let member = expression(&element.expr, self.table)?;
+            let member = expression(&element.expr, self.names)?;
             check_comparable(Relation::Equal, &value, &member)?;
             members.push(member);
         }

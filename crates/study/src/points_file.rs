@@ -1,0 +1,372 @@
+//! Points that a file lists: a table as CSV, whose heads are keys.
+//!
+//! ```toml
+//! [points]
+//! file = "points.csv"             # beside the study; a copy of it is kept with the study
+//! columns = ["mu", "radius"]      # these alone; without, all columns that are keys
+//! ```
+//!
+//! A head is the path of a key or the name of its column, with a unit or without:
+//! `punch.radius`, `radius`, `radius [mm]`. A value without a unit is in SI units, or has one of its
+//! own: `5 mm`. The columns are axes that advance together; `[sweep]` may have others beside them.
+//! What `query --format csv` writes can be read: columns of results are left out, which is said.
+
+use std::collections::HashMap;
+
+use toml::de::DeValue;
+
+use contact::model::Mesh;
+
+use crate::axis::{Choice, Group, MAX_AXES, MAX_POINTS, SweepAxis, Target};
+use crate::error::{Mistake, Span};
+use crate::file_fault::{FileFaults, FilePlace};
+use crate::file_text::decode_text;
+use crate::key::{Key, Table};
+use crate::quantity::Quantity;
+use crate::read::{self, Node};
+use crate::sheet::Setting;
+use crate::study_files::{ReadFile, StudyFiles};
+use crate::suggestion::nearest_path;
+use crate::units::{Dimension, LengthUnit, leading_number, quantity, unit_value};
+
+/// The keys of `[points]`.
+const KEYS: &[&str] = &["file", "columns"];
+
+/// The largest number of values that a file of points may give.
+const MAX_VALUES: usize = 2_000_000;
+
+/// The points of a file.
+pub(crate) struct FilePoints {
+    /// The axes that advance together.
+    pub(crate) group: Group,
+    /// The words about what was left out, if anything was.
+    pub(crate) remarks: Vec<String>,
+}
+
+/// A column of the file that gives a key.
+struct PointColumn {
+    key: Key,
+    /// The symbol of the unit in its head, if it has one.
+    unit: Option<String>,
+    /// The index in the file.
+    index: usize,
+    choices: Vec<Choice>,
+}
+
+/// Reads `[points]` and the file that it names, which is kept among the files of the study.
+/// `is_result` says whether a name is that of a column of results.
+pub(crate) fn read_points(
+    node: &Node<'_>,
+    kept: &mut StudyFiles,
+    files: &mut ReadFile<'_>,
+    is_result: &dyn Fn(&str) -> bool,
+    mistakes: &mut Vec<Mistake>,
+) -> Option<FilePoints> {
+    let DeValue::Table(table) = node.get_ref() else {
+        mistakes.push(read::mistyped("points", node, "a table with file = \"points.csv\""));
+        return None;
+    };
+    let before = mistakes.len();
+    read::refuse_unknown(table, "`[points]`", KEYS, mistakes);
+    let wanted = table.get("columns").map(|node| match node.get_ref() {
+        DeValue::Array(names) if !names.is_empty() => {
+            names.iter().map(|name| read::text("points.columns", name)).collect()
+        }
+        _ => Err(read::mistyped("points.columns", node, "a list of heads like [\"mu\"]")),
+    });
+    let wanted: Option<Vec<String>> =
+        wanted.transpose().map_err(|mistake| mistakes.push(mistake)).unwrap_or_default();
+    let Some(file) = table.get("file") else {
+        let mistake = Mistake::new(node.span(), "`points.file` is missing", "needs file = \"…\"");
+        mistakes.push(mistake);
+        return None;
+    };
+    let name = read::text("points.file", file).map_err(|mistake| mistakes.push(mistake)).ok()?;
+    if mistakes.len() > before {
+        return None;
+    }
+    let span = file.span();
+    let read = kept.load(&name, files).and_then(|()| {
+        let reading = PointsReading { file: &name, span: &span, wanted, is_result };
+        reading.points(kept.loaded(&name)).map_err(|faults| kept.words(&name, &faults))
+    });
+    read.map_err(|reason| {
+        let expected = "must be a table as CSV, whose heads are keys";
+        mistakes.push(Mistake::new(
+            span.clone(),
+            format!("cannot use these points: {reason}"),
+            expected,
+        ));
+    })
+    .ok()
+}
+
+/// What is known of a file of points before it is read.
+struct PointsReading<'a> {
+    file: &'a str,
+    span: &'a Span,
+    /// The heads that are wanted; `None` for all that are keys.
+    wanted: Option<Vec<String>>,
+    is_result: &'a dyn Fn(&str) -> bool,
+}
+
+impl PointsReading<'_> {
+    /// Reads the points, or returns every fault of the file.
+    fn points(&self, bytes: &[u8]) -> Result<FilePoints, FileFaults> {
+        let text = decode_text(bytes).ok_or_else(|| FileFaults::whole("it is not text"))?;
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(delimiter(&text))
+            .comment(Some(b'#'))
+            .trim(csv::Trim::All)
+            .has_headers(false)
+            .flexible(true)
+            .from_reader(text.as_bytes());
+        let mut records = reader.records();
+        let not_csv = |error: csv::Error| FileFaults::whole(format!("it is no CSV: {error}"));
+        let heads = match records.next() {
+            Some(heads) => heads.map_err(not_csv)?,
+            None => return Err(FileFaults::whole("it is empty")),
+        };
+        let mut faults = FileFaults::default();
+        let (mut columns, results) = self.columns(&heads, &mut faults);
+        if faults.is_empty() && columns.is_empty() {
+            faults.append(FileFaults::whole("no head is a key of the scene or the numerics"));
+        }
+        let mut seen: HashMap<Vec<String>, usize> = HashMap::new();
+        let mut repeated = 0;
+        for (row, record) in records.enumerate() {
+            let record = record.map_err(not_csv)?;
+            let line = record.position().map_or(row + 2, |place| line_of(place, &text));
+            if (row + 1).saturating_mul(columns.len().max(1)) > MAX_VALUES || row == MAX_POINTS {
+                let most = MAX_POINTS.min(MAX_VALUES / columns.len().max(1));
+                let message = format!("it has more than {most} points");
+                faults.append(FileFaults::whole(message));
+                break;
+            }
+            if record.len() != heads.len() {
+                let (found, all) = (record.len(), heads.len());
+                faults.add(Some(FilePlace::line(line)), "", || {
+                    format!("{found} values, but {all} heads")
+                });
+                continue;
+            }
+            let mut choices = Vec::new();
+            for column in &columns {
+                let text = record.get(column.index).unwrap_or_default();
+                match value(column.key, column.unit.as_deref(), text) {
+                    Ok(setting) => {
+                        choices.push(Choice::of_key(
+                            column.key,
+                            setting,
+                            self.span.clone(),
+                            Some(row + 1),
+                        ));
+                    }
+                    Err(reason) => {
+                        let place = FilePlace { line, value: column.index + 1 };
+                        faults.add(Some(place), text, || reason);
+                    }
+                }
+            }
+            if choices.len() < columns.len() {
+                continue;
+            }
+            if seen.insert(choices.iter().map(Choice::identity).collect(), row).is_some() {
+                repeated += 1;
+                continue;
+            }
+            columns
+                .iter_mut()
+                .zip(choices)
+                .for_each(|(column, choice)| column.choices.push(choice));
+        }
+        if faults.is_empty() && columns.iter().all(|column| column.choices.is_empty()) {
+            faults.append(FileFaults::whole("it has heads and no points"));
+        }
+        faults.or(())?;
+        let length = columns.first().map_or(0, |column| column.choices.len());
+        let axes = columns.into_iter().map(|PointColumn { key, choices, .. }| SweepAxis {
+            target: Target::Key(key),
+            choices,
+            log: false,
+            distribution: None,
+            span: self.span.clone(),
+        });
+        let group = Group::listed(axes.collect(), length);
+        Ok(FilePoints { group, remarks: self.remarks(&results, repeated) })
+    }
+
+    /// Returns the columns that give keys, and the heads of results.
+    fn columns(
+        &self,
+        heads: &csv::StringRecord,
+        faults: &mut FileFaults,
+    ) -> (Vec<PointColumn>, Vec<String>) {
+        let (mut columns, mut results): (Vec<PointColumn>, Vec<String>) = (Vec::new(), Vec::new());
+        let line = heads.position().map_or(1, |place| place.line() as usize);
+        if heads.len() > MAX_AXES {
+            faults.append(FileFaults::whole(format!("it has more than {MAX_AXES} columns")));
+            return (columns, results);
+        }
+        let mut missing: Vec<&String> = self.wanted.iter().flatten().collect();
+        for (index, head) in heads.iter().enumerate() {
+            let (name, unit) = parts(head);
+            missing.retain(|wanted| *wanted != name && *wanted != head);
+            let is_wanted = |wanted: &Vec<String>| wanted.iter().any(|w| w == name || w == head);
+            if !self.wanted.as_ref().is_none_or(is_wanted) {
+                continue;
+            }
+            let place = Some(FilePlace { line, value: index + 1 });
+            let key = Key::find(name).or_else(|| Key::of_column(name));
+            if key.is_none() && (self.is_result)(name) {
+                results.push(name.to_owned());
+                continue;
+            }
+            match column_of(key, name, unit) {
+                Err(reason) => faults.add(place, head, || reason),
+                Ok(key) if columns.iter().any(|column| column.key == key) => {
+                    faults.add(place, head, || "is given by another column as well".to_owned());
+                }
+                Ok(key) => {
+                    let unit = unit.map(str::to_owned);
+                    columns.push(PointColumn { key, unit, index, choices: Vec::new() });
+                }
+            }
+        }
+        for name in missing {
+            faults.append(FileFaults::whole(format!("it has no column `{name}`")));
+        }
+        (columns, results)
+    }
+
+    fn remarks(&self, results: &[String], repeated: usize) -> Vec<String> {
+        let file = wording::excerpt(self.file, 60);
+        let mut remarks = Vec::new();
+        if !results.is_empty() {
+            remarks.push(format!(
+                "points {file}: left out, since they are results: {}",
+                wording::excerpt(&results.join(", "), 300)
+            ));
+        }
+        if repeated > 0 {
+            let verb = if repeated == 1 {
+                "line repeats an earlier one and adds no point"
+            } else {
+                "lines repeat earlier ones and add no points"
+            };
+            remarks.push(format!("points {file}: {repeated} {verb}"));
+        }
+        remarks
+    }
+}
+
+/// Returns the line of a record, counted from 1. The place of a record is that of the empty lines
+/// and comments before it.
+fn line_of(place: &csv::Position, text: &str) -> usize {
+    let rest = text.get(place.byte() as usize..).unwrap_or_default();
+    let is_skipped = |line: &&str| line.trim_matches('\r').is_empty() || line.starts_with('#');
+    place.line() as usize + rest.split('\n').take_while(is_skipped).count()
+}
+
+/// Returns the sign between the values of a line: the one of which the first line has most.
+fn delimiter(text: &str) -> u8 {
+    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let count =
+        |sign: &u8| first.map_or(0, |line| line.bytes().filter(|byte| byte == sign).count());
+    // Of equal counts the last one counts.
+    [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
+}
+
+/// Splits a head into the name and the unit: `radius [mm]`.
+fn parts(head: &str) -> (&str, Option<&str>) {
+    let split = head.strip_suffix(']').and_then(|head| head.rsplit_once('['));
+    match split {
+        // An index of a list ends with a bracket too.
+        Some((name, unit))
+            if !unit.bytes().all(|byte| byte.is_ascii_digit()) || name.ends_with(' ') =>
+        {
+            (name.trim(), Some(unit.trim()).filter(|unit| !unit.is_empty()))
+        }
+        _ => (head, None),
+    }
+}
+
+/// Returns the key of a head, or why it gives none.
+fn column_of(key: Option<Key>, name: &str, unit: Option<&str>) -> Result<Key, String> {
+    let Some(key) = key else {
+        if name.is_empty() {
+            return Err("a column has no head".to_owned());
+        }
+        if Table::find(name).is_some() {
+            return Err("is a table: its keys need columns of their own".to_owned());
+        }
+        return Err(match nearest_path(name) {
+            Some(near) => format!("is no key; did you mean `{near}`?"),
+            None => "is no key of the scene or the numerics".to_owned(),
+        });
+    };
+    let dimension = match key.quantity() {
+        Quantity::List(_) | Quantity::Effects => {
+            return Err("is a list, which no column can give".to_owned());
+        }
+        Quantity::Number(dimension) => dimension,
+        _ => Dimension::Pure,
+    };
+    match unit {
+        None | Some("1") if dimension == Dimension::Pure => Ok(key),
+        None => Ok(key),
+        Some(unit) => match unit_value("1", unit) {
+            Some((_, found)) if found == dimension => Ok(key),
+            Some((_, found)) => {
+                Err(format!("has a unit of {}, and is {}", found.noun(), dimension.noun()))
+            }
+            None if dimension == Dimension::Pure => {
+                Err("has a unit, and is a pure number".to_owned())
+            }
+            None => {
+                let units: Vec<&str> = dimension.units().collect();
+                Err(format!("has an unknown unit; there are {}", units.join(", ")))
+            }
+        },
+    }
+}
+
+/// Returns the setting that a text gives to a key, in the unit of the head if it has one; or why it
+/// gives none.
+fn value(key: Key, unit: Option<&str>, text: &str) -> Result<Setting, String> {
+    if text.is_empty() {
+        return Err("a value is missing".to_owned());
+    }
+    let must = || format!("must be {}", key.quantity().expected());
+    let pair = || "must be a whole number like 64, or a pair like 64x32".to_owned();
+    match key.quantity() {
+        Quantity::Number(dimension) => number(dimension, unit, text).map(Setting::Number),
+        Quantity::Count => text.parse().map(Setting::Count).map_err(|_| must()),
+        Quantity::Mesh => match text.split_once('x') {
+            None => text.parse().map(|n| Setting::Mesh(Mesh::Across(n))).map_err(|_| pair()),
+            Some((x, y)) => match (x.trim().parse(), y.trim().parse()) {
+                (Ok(x), Ok(y)) => Ok(Setting::Mesh(Mesh::Exact([x, y]))),
+                _ => Err(pair()),
+            },
+        },
+        Quantity::Choice(words) if !words.contains(&text) => Err(must()),
+        Quantity::LengthUnit if LengthUnit::find(text).is_none() => Err(must()),
+        _ => Ok(Setting::Word(text.to_owned())),
+    }
+}
+
+fn number(dimension: Dimension, unit: Option<&str>, text: &str) -> Result<f64, String> {
+    let is_bare = leading_number(text) == Some(text);
+    let value = match unit.filter(|unit| *unit != "1") {
+        Some(unit) if is_bare => unit_value(text, unit).map(|(value, _)| value),
+        Some(_) => return Err("is no number in the unit of its head".to_owned()),
+        None if is_bare => text.parse().ok(),
+        None => {
+            let must = |_| format!("must be {}", Quantity::Number(dimension).expected());
+            return quantity(text, dimension).map_err(must);
+        }
+    };
+    // −0 becomes 0, so that the two are one job.
+    let finite = value.filter(|value: &f64| value.is_finite()).map(|value| value + 0.0);
+    finite.ok_or_else(|| "is no finite number".to_owned())
+}
