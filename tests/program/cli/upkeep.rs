@@ -99,18 +99,22 @@ fn a_collection_has_limits_of_age_and_size() {
     ]));
 }
 
-/// A study that chooses its points refers to all that its choice has, and to what taught it.
+/// A study that chooses its points refers to all that its choice has.
 #[test]
 fn points_that_a_study_chose_are_kept() {
-    let refined = SMALL.to_owned() + "\n[refine]\non = \"load\"\nuntil = \"0.1%\"\nat_most = 24\n";
-    let place = Place::with("small.toml", &refined);
-    let run = place.call("run small.toml --workers 2");
-    assert!([0, 2].contains(&run.code), "{}", run.err);
-    let all = keys_in_store(&place);
-    assert!(all.len() > 12, "the study has chosen points: {}", all.len());
-    assert_eq!(place.call("store gc").out, "nothing to remove\n");
-    assert_eq!(keys_in_store(&place), all);
-    assert_eq!(place.json("run small.toml --json")["run"]["cached"], all.len());
+    let found =
+        "[find]\naxis = \"friction.mu\"\ncolumn = \"stick_fraction\"\nvalue = 0.5\nto = \"1%\"\n";
+    let refined = "[refine]\non = \"load\"\nuntil = \"0.1%\"\nat_most = 24\n";
+    for rule in [refined, found] {
+        let place = Place::with("small.toml", format!("{SMALL}\n{rule}"));
+        let run = place.call("run small.toml --workers 2");
+        assert!([0, 2].contains(&run.code), "{}", run.err);
+        let all = keys_in_store(&place);
+        assert!(all.len() > 6, "the study has chosen points: {}", all.len());
+        assert_eq!(place.call("store gc").out, "nothing to remove\n");
+        assert_eq!(keys_in_store(&place), all);
+        assert_eq!(place.json("run small.toml --json")["run"]["cached"], all.len());
+    }
 }
 
 #[test]
