@@ -235,8 +235,8 @@ impl Exclusion {
     }
 }
 
-/// Reads `[[exclude]]` and `[[keep]]` at the `root` of a study. `base` and `groups` are those of the
-/// study, `keys` are all that it gives, and `columns` are those of its results as well.
+/// Reads `[[exclude]]` and `[[keep]]` at the `root` of a study. `base` and `groups` are its own,
+/// `keys` are all that it gives, and `columns` are those of its results as well.
 pub(crate) fn read(
     root: &DeTable<'_>,
     base: &[(Key, Given)],
