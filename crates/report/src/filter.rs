@@ -1,7 +1,7 @@
 //! Rows of a table by an expression: `mu > 0.3 && mesh == 64 && status == "certified"`.
 //!
-//! What the expression may be, and what it means, is said by the crate `condition`; here the cells of
-//! a row are its values.
+//! The crate `condition` says what the expression may be, and what it means; here the cells of a
+//! row are its values.
 
 use std::borrow::Cow;
 

@@ -117,12 +117,12 @@ pub(crate) fn read(
 ) -> Derivation {
     let mut written = Vec::new();
     collect("", node, &mut written, mistakes);
-    written.sort_by_key(|(_, span, _): &(Key, Span, &Node<'_>)| span.start);
+    written.sort_by_key(|written: &WrittenKey<'_, '_>| written.name_span.start);
     let given: Vec<Key> =
-        crate::axis::keys(base, groups).chain(written.iter().map(|(key, ..)| *key)).collect();
+        crate::axis::keys(base, groups).chain(written.iter().map(|written| written.key)).collect();
     let find = |name: &str| find(name, &given);
     let mut all: Vec<DerivedKey> = Vec::new();
-    for (key, name_span, node) in written {
+    for WrittenKey { key, name_span, node } in written {
         if are_enough(mistakes) {
             break;
         }
@@ -151,12 +151,19 @@ pub(crate) fn read(
     })
 }
 
+/// An entry of `[derive]`.
+struct WrittenKey<'t, 'i> {
+    key: Key,
+    name_span: Span,
+    node: &'t Node<'i>,
+}
+
 /// Collects the entries of `[derive]`. A key without quotes, `punch.radius = …`, arrives as nested
 /// tables.
 fn collect<'t, 'i>(
     prefix: &str,
     node: &'t Node<'i>,
-    written: &mut Vec<(Key, Span, &'t Node<'i>)>,
+    written: &mut Vec<WrittenKey<'t, 'i>>,
     mistakes: &mut Vec<Mistake>,
 ) {
     let DeValue::Table(table) = node.get_ref() else {
@@ -175,7 +182,7 @@ fn collect<'t, 'i>(
             (_, DeValue::Table(_)) if crate::key::Table::find(&path).is_some() => {
                 collect(&path, node, written, mistakes);
             }
-            (Some(key), _) => written.push((key, name.span(), node)),
+            (Some(key), _) => written.push(WrittenKey { key, name_span: name.span(), node }),
             (None, _) => {
                 let message = format!("there is no key `{path}` to derive");
                 let expected = match nearest_path(crate::key::short(&path)) {

@@ -235,7 +235,7 @@ impl Exclusion {
     }
 }
 
-/// Reads `[[exclude]]` and `[[keep]]` at the `root` of a study. `base` and `groups` are the study's,
+/// Reads `[[exclude]]` and `[[keep]]` at the `root` of a study. `base` and `groups` are its own,
 /// `keys` are all that it gives, and `columns` are those of its results as well.
 pub(crate) fn read(
     root: &DeTable<'_>,

@@ -62,7 +62,7 @@ pub(crate) struct UnitPowers {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FormulaFault {
     pub(crate) message: String,
-    /// What would be right.
+    /// The remedy.
     pub(crate) expected: String,
 }
 
@@ -177,8 +177,14 @@ impl Formula {
         if text.trim().is_empty() {
             return Err(FormulaFault::new("the formula is empty", "needs \"0.1 * punch.radius\""));
         }
-        let mut reader =
-            FormulaReader { text, at: 0, depth: 0, find, keys: Vec::new(), is_inexact: false };
+        let mut reader = FormulaReader {
+            text,
+            position: 0,
+            depth: 0,
+            find,
+            keys: Vec::new(),
+            is_inexact: false,
+        };
         let Measured { node, dimension } = reader.sum()?;
         if !reader.rest().is_empty() {
             return Err(reader.unexpected());
@@ -280,7 +286,7 @@ struct Measured {
 
 struct FormulaReader<'t> {
     text: &'t str,
-    at: usize,
+    position: usize,
     depth: usize,
     find: &'t dyn Fn(&str) -> Result<Key, FormulaFault>,
     keys: Vec<Key>,
@@ -291,22 +297,22 @@ struct FormulaReader<'t> {
 impl FormulaReader<'_> {
     /// Returns the text that is left, without blanks in front.
     fn rest(&mut self) -> &str {
-        let rest = &self.text[self.at..];
-        self.at += rest.len() - rest.trim_start().len();
-        &self.text[self.at..]
+        let rest = &self.text[self.position..];
+        self.position += rest.len() - rest.trim_start().len();
+        &self.text[self.position..]
     }
 
     /// Takes a sign if it comes next.
     fn takes(&mut self, sign: char) -> bool {
         let is_next = self.rest().starts_with(sign);
-        self.at += if is_next { sign.len_utf8() } else { 0 };
+        self.position += if is_next { sign.len_utf8() } else { 0 };
         is_next
     }
 
     /// Makes the fault of what cannot come next.
     fn unexpected(&mut self) -> FormulaFault {
         let rest: String = self.rest().chars().take(20).collect();
-        let place = self.text[..self.at].chars().count() + 1;
+        let place = self.text[..self.position].chars().count() + 1;
         match rest.as_str() {
             "" => FormulaFault::new("the formula ends too early", "needs a number or a key here"),
             rest => FormulaFault::new(
@@ -413,7 +419,7 @@ impl FormulaReader<'_> {
         match self.word().to_owned() {
             word if word.is_empty() => Err(self.unexpected()),
             word => {
-                self.at += word.len();
+                self.position += word.len();
                 self.named(&word)
             }
         }
@@ -442,7 +448,7 @@ impl FormulaReader<'_> {
         let Some(number) = leading_number(rest).map(str::to_owned) else {
             return Err(self.unexpected());
         };
-        self.at += number.len();
+        self.position += number.len();
         let word = self.word().to_owned();
         if word.is_empty() {
             let value = number.parse().unwrap_or(f64::NAN);
@@ -456,7 +462,7 @@ impl FormulaReader<'_> {
             };
             return Err(FormulaFault::new(message, expected));
         };
-        self.at += word.len();
+        self.position += word.len();
         Ok(Measured { node: FormulaNode::Number(value), dimension: UnitPowers::of(dimension) })
     }
 

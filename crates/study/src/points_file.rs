@@ -7,8 +7,9 @@
 //! ```
 //!
 //! A head is the path of a key or the name of its column, with a unit or without:
-//! `punch.radius`, `radius`, `radius [mm]`. A value without a unit is in SI units, or has one of its
-//! own: `5 mm`. The columns are axes that advance together; `[sweep]` may have others beside them.
+//! `punch.radius`, `radius`, `radius [mm]`. A value without a unit is in SI units, or has one of
+//! its own: `5 mm`. The columns are axes that advance together; `[sweep]` may have others beside
+//! them.
 //! What `query --format csv` writes can be read: columns of results are left out, which is said.
 
 use std::collections::HashMap;
@@ -101,7 +102,7 @@ pub(crate) fn read_points(
     .ok()
 }
 
-/// What is known of a file of points before it is read.
+/// The knowledge of a file of points before it is read.
 struct PointsReading<'a> {
     file: &'a str,
     span: &'a Span,

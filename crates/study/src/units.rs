@@ -275,8 +275,8 @@ pub(crate) fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityErr
         .ok_or_else(|| QuantityError::TooLarge { text: whole.to_owned() })
 }
 
-/// Returns the SI value of a number with a unit, given as texts, and what it measures; `None` if the
-/// unit is not known.
+/// Returns the SI value of a number with a unit, given as texts, and what it measures; `None` if
+/// the unit is not known.
 pub(crate) fn unit_value(number: &str, symbol: &str) -> Option<(f64, Dimension)> {
     let unit = find(symbol)?;
     Some((scaled(number, unit.scale)?, unit.dimension))
