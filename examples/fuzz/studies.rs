@@ -50,6 +50,8 @@ const DICTIONARY: &[&str] = &[
     "sweep",
     "refine",
     "bisect",
+    "find",
+    "fill",
     "figure",
     "zip",
     "convergence",

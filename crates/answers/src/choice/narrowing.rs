@@ -266,20 +266,27 @@ mod tests {
         Search { change, steps, most, halvings: halvings as usize }
     }
 
+    /// A function that changes its sign between two values.
+    struct SmoothFunction<'f> {
+        f: &'f dyn Fn(f64) -> f64,
+        ends: [f64; 2],
+        is_log: bool,
+    }
+
     #[test]
     fn smooth_functions_take_half_the_steps_of_bisection() {
-        type Case<'a> = (&'a dyn Fn(f64) -> f64, [f64; 2], bool);
-        let functions: [Case<'_>; 8] = [
-            (&|x| 1.0 / x - 3.0, [0.05, 0.8], false),
-            (&|x| 0.05 + (x - 0.6) * if x < 0.6 { 1.0 } else { 8.0 }, [0.0, 1.0], false),
-            (&|x| x.powi(3) - x - 2.0, [1.0, 2.0], false),
-            (&|x| x.exp() - 5.0, [0.0, 4.0], false),
-            (&|x| x.cos() - x, [0.0, 1.5], false),
-            (&|x| (50.0 * (x - 0.37)).atan(), [0.0, 1.0], false),
-            (&|x| 0.5 - (1.0 - x).powf(2.0 / 3.0), [0.0, 1.0], false),
-            (&|x| x.powf(1.5) - 0.1, [0.02, 1.0], true),
+        let linear = |f, ends| SmoothFunction { f, ends, is_log: false };
+        let functions: [SmoothFunction<'_>; 8] = [
+            linear(&|x| 1.0 / x - 3.0, [0.05, 0.8]),
+            linear(&|x| 0.05 + (x - 0.6) * if x < 0.6 { 1.0 } else { 8.0 }, [0.0, 1.0]),
+            linear(&|x| x.powi(3) - x - 2.0, [1.0, 2.0]),
+            linear(&|x| x.exp() - 5.0, [0.0, 4.0]),
+            linear(&|x| x.cos() - x, [0.0, 1.5]),
+            linear(&|x| (50.0 * (x - 0.37)).atan(), [0.0, 1.0]),
+            linear(&|x| 0.5 - (1.0 - x).powf(2.0 / 3.0), [0.0, 1.0]),
+            SmoothFunction { f: &|x| x.powf(1.5) - 0.1, ends: [0.02, 1.0], is_log: true },
         ];
-        for (i, (f, ends, is_log)) in functions.iter().enumerate() {
+        for (i, SmoothFunction { f, ends, is_log }) in functions.iter().enumerate() {
             let Search { steps, halvings, .. } = search(f, *ends, *is_log, 1e-3);
             assert!(2 * steps <= halvings + 4, "{i}: {steps} and not {halvings}");
             let Search { steps, halvings, .. } = search(f, *ends, *is_log, 1e-6);

@@ -106,10 +106,20 @@ fn lines_ladders_and_points_of_one_scene_stay_whole() {
         "[bisect]\naxis = \"friction.mu\"\non = \"stick_fraction > 0.5\"\nto = \
          \"1%\"\n[sweep]\n\"friction.mu\" = [0.1, 0.3, 0.5]\n{LOADS}"
     ));
+    let find = study(&format!(
+        "[find]\naxis = \"friction.mu\"\ncolumn = \"load\"\nvalue = 1\nto = \"1%\"\n[sweep]\n\
+         \"friction.mu\" = [0.1, 0.3, 0.5]\n{LOADS}"
+    ));
+    let fill = study(&format!(
+        "[fill]\naxis = \"friction.mu\"\ncolumn = \"load\"\nto = \"1%\"\n[sweep]\n\
+         \"friction.mu\" = [0.1, 0.3, 0.5]\n{LOADS}"
+    ));
     let meshes = format!("[sweep]\nmesh = [8, 12, 16]\n{LOADS}");
     let tolerances = format!("[sweep]\n\"numerics.tolerance\" = [1e-6, 1e-7, 1e-8]\n{LOADS}");
     for study in [
         bisect,
+        find,
+        fill,
         headed("kind = \"convergence\"", &meshes),
         headed("kind = \"cost\"", &meshes),
         headed("accuracy = \"1%\"", &tolerances),
