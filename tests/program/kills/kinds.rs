@@ -68,6 +68,22 @@ column = "stick_fraction"
 at_most = 6
 "#;
 
+const SAMPLE: &str = r#"
+name = "kinds"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+loading.steps = [{ approach = "1 um" }]
+[numerics]
+mesh = 24
+[sample]
+method = "latin-hypercube"
+count = 24
+[sample.keys]
+friction.mu = { from = 0.1, to = 0.5 }
+foundation.base.poisson = { distribution = "normal", mean = 0.3, deviation = 0.05, from = 0, to = 0.45 }
+"#;
+
 const SENSITIVITY: &str = r#"
 name = "kinds"
 kind = "sensitivity"
@@ -186,6 +202,11 @@ fn searches_for_solutions_survive() {
     let friction = "[1, 2, 3, 4, 5, 7]";
     let study = MULTIPLICITY.replace("\"several\"", "\"kinds\"").replace("[2, 4]", friction);
     survives(&study, 6);
+}
+
+#[test]
+fn samples_survive() {
+    survives(SAMPLE, 24);
 }
 
 #[test]
