@@ -128,6 +128,7 @@ fn bibtex_entry(work: &CitedWork) -> String {
     let (kind, place) = match form {
         WorkForm::Article => ("article", "journal"),
         WorkForm::Book => ("book", "publisher"),
+        WorkForm::Software => ("misc", "publisher"),
     };
     let year = year.map(|year| year.to_string());
     let fields = [

@@ -1,15 +1,23 @@
 //! The arguments of the command line, with examples.
 
+mod shared;
+mod upkeep;
+
 use std::path::PathBuf;
 
 use answers::shards::Shard;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use study::MOST_SHARDS;
 
-use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
+use crate::failure_limit::FailureLimit;
+use crate::proposal::STORE_VARIABLE;
 use crate::shard_choice::{ShardChoice, shard_choice};
 use crate::slurm::TimeLimit;
 use crate::time_budget::TimeBudget;
+
+pub(crate) use shared::StoreArgs;
+use shared::memory_size;
+pub(crate) use upkeep::{DiffArgs, DifferenceFormat, GcArgs, NoteArgs, RmArgs, TagArgs};
 
 /// Parameter studies of elastic contact with Coulomb friction.
 #[derive(Parser)]
@@ -18,7 +26,7 @@ use crate::time_budget::TimeBudget;
     version,
     about,
     disable_help_subcommand = true,
-    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 75 stopped in time (the same command goes on), 130 interrupted."
+    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 3 stopped by --max-failures, 75 stopped by --until or --max-jobs (the same command goes on), 130 interrupted."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -90,6 +98,26 @@ pub(crate) enum Command {
         after_help = "Examples:\n  tribosweep cite stick-zone\n  tribosweep cite sweeps/stick-zone.toml --format bibtex > references.bib"
     )]
     Cite(CiteArgs),
+    /// Compare the results of two studies, or those of one study in two stores
+    #[command(
+        after_help = "Examples:\n  tribosweep diff stick-zone stick-zone-fine --tolerance 0.1%\n  tribosweep diff stick-zone --other before/.tribosweep     what another store, or another version of the program, has\n  tribosweep diff stick-zone --other exports --select load,stick_fraction --format csv\n\nPoints are matched by the values of the axes of both. Numbers below 1e-9 of the largest one of their unit at a point are taken for noise. Where a store has results of earlier physics only, these are compared.\n\nExit codes: 0 the same, 2 something differs, 1 a mistake in what was asked."
+    )]
+    Diff(DiffArgs),
+    /// Put words to a study, to tell it from others
+    #[command(
+        after_help = "Examples:\n  tribosweep tag stick-zone paper final\n  tribosweep tag stick-zone --remove final\n  tribosweep tag stick-zone     prints its tags\n\nTags stand in `status`, `answer` and `report`. They are kept in the store, and not in exports."
+    )]
+    Tag(TagArgs),
+    /// Put a remark to a study
+    #[command(
+        after_help = "Examples:\n  tribosweep note stick-zone \"mesh 48 is enough, see figure 3\"\n  tribosweep note stick-zone --remove\n  tribosweep note stick-zone     prints it\n\nThe note stands in `status`, `answer` and `report`. It is kept in the store, and not in exports."
+    )]
+    Note(NoteArgs),
+    /// Remove studies from the store; their results stay until `store gc`
+    #[command(
+        after_help = "Examples:\n  tribosweep rm stick-zone\n  tribosweep rm stick-zone sliding --dry-run\n\nNothing is asked. To run the study's file again brings it back, with every result that is still there."
+    )]
+    Rm(RmArgs),
     /// Solve one scene, here and now, in this process; nothing is stored
     #[command(
         after_help = "Examples:\n  tribosweep solve sweeps/sphere.toml\n  tribosweep solve sweeps/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state"
@@ -124,13 +152,6 @@ pub(crate) enum Command {
 }
 
 #[derive(Args, Clone)]
-pub(crate) struct StoreArgs {
-    /// Directory of the store
-    #[arg(long, env = STORE_VARIABLE, default_value = USUAL_STORE, value_name = "DIR")]
-    pub(crate) store: PathBuf,
-}
-
-#[derive(Args, Clone)]
 pub(crate) struct ExecutionArgs {
     /// Worker processes [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
@@ -147,6 +168,13 @@ pub(crate) struct ExecutionArgs {
     /// most 20 s
     #[arg(long, value_name = "DURATION", value_parser = TimeBudget::parse)]
     pub(crate) until: Option<TimeBudget>,
+    /// Compute so many jobs at most, and exit with code 75 if some are left
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) max_jobs: Option<u32>,
+    /// Begin no further job once more than so many have failed, for example 5 or 10% of the jobs
+    /// to compute, and exit with code 3
+    #[arg(long, value_name = "LIMIT", value_parser = FailureLimit::parse)]
+    pub(crate) max_failures: Option<FailureLimit>,
     /// Print events as JSON lines on standard output instead of a progress bar
     #[arg(long)]
     pub(crate) json: bool,
@@ -581,6 +609,11 @@ pub(crate) enum StoreCommand {
         #[command(flatten)]
         store: StoreArgs,
     },
+    /// Remove results and files that no study refers to; the database shrinks
+    #[command(
+        after_help = "Examples:\n  tribosweep store gc --dry-run\n  tribosweep store gc\n  tribosweep store gc --older-than 30d --larger-than 10MB\n\nWhat is removed is listed first. Nothing that a study refers to is removed, also where a study chooses points or shares results with others. A run that needs a removed result computes it again. While a run has the store, it is refused."
+    )]
+    Gc(GcArgs),
     /// Write a store, or some of its studies, into one checksummed file, also while a run goes on
     #[command(
         after_help = "Examples:\n  tribosweep store export backup.tribosweep\n  tribosweep store export zone.tribosweep --study stick-zone\n\nWhat an export of that name holds already stays. Every command that reads a store reads an export, or a directory of exports: --store backup.tribosweep. `tribosweep store merge STORE --into DIRECTORY` copies a store whole."
@@ -626,33 +659,6 @@ pub(crate) enum StoreCommand {
         #[arg(long)]
         json: bool,
     },
-}
-
-/// Parses a size in bytes: a number with an optional unit k, M, G (binary, with or without iB or
-/// B).
-fn memory_size(text: &str) -> Result<u64, String> {
-    let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
-    let number: f64 = text[..split]
-        .parse()
-        .map_err(|_| "must be a number with a unit, for example 8GiB".to_owned())?;
-    let unit = match text[split..]
-        .trim()
-        .to_ascii_lowercase()
-        .trim_end_matches("ib")
-        .trim_end_matches('b')
-    {
-        "" => 1.0,
-        "k" => 1024.0,
-        "m" => 1024.0 * 1024.0,
-        "g" => 1024.0 * 1024.0 * 1024.0,
-        _ => return Err(format!("unknown unit `{}`; use KiB, MiB or GiB", &text[split..])),
-    };
-    let bytes = number * unit;
-    if bytes >= 1.0 && bytes < u64::MAX as f64 {
-        Ok(bytes as u64)
-    } else {
-        Err("must be at least one byte and below 16 EiB".to_owned())
-    }
 }
 
 /// Checks a size of memory that `sbatch` takes.

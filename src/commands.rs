@@ -6,19 +6,23 @@ mod answer;
 mod cite;
 mod completions;
 mod cost;
+mod diff;
 mod effects;
 mod measured;
+mod note;
 mod plan;
 mod plot;
 mod query;
 mod report;
 mod resume;
+mod rm;
 mod run;
 mod show;
 mod solve;
 mod status;
 mod store;
 mod submit;
+mod tag;
 mod worker;
 
 use anyhow::Result;
@@ -42,6 +46,10 @@ pub(crate) fn run(command: Command) -> Result<Finish> {
         Command::Report(args) => report::report(&args),
         Command::Show(args) => show::show(&args),
         Command::Plot(args) => plot::plot(&args),
+        Command::Diff(args) => diff::diff(&args),
+        Command::Tag(args) => tag::tag(&args),
+        Command::Note(args) => note::note(&args),
+        Command::Rm(args) => rm::rm(&args),
         Command::Solve(args) => solve::solve(&args),
         Command::Store(command) => store::store(&command),
         Command::Completions { shell } => completions::completions(shell),

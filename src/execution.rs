@@ -1,6 +1,6 @@
 //! Runs what is left of a study, for `run`, `resume` and `cost`.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use answers::shards::Shard;
@@ -8,7 +8,7 @@ use answers::{Results, choice, is_timed};
 use anyhow::{Context, Result, anyhow};
 use identity::JobKey;
 use indicatif::BinaryBytes;
-use runner::{EarlyEnd, Interrupt, Options, RunError, Want};
+use runner::{EarlyEnd, Interrupt, Options, RunError, Task, Want};
 use store::Store;
 use study::account::HashedFile;
 use study::{RunAccount, Study};
@@ -147,8 +147,7 @@ fn open_for(study: &Study, directory: &Path) -> Result<Store> {
 /// Computes the jobs that are left; a study that chooses points by its results takes several
 /// rounds. The keys of all its jobs are added to those that are `requested`.
 fn compute(run: &StudyRun<'_>, requested: &mut HashSet<JobKey>) -> Result<RunTally> {
-    let StudyRun { study, store, directory, args, interrupt, exporter, continuation, account } =
-        *run;
+    let StudyRun { study, store, args, interrupt, exporter, .. } = *run;
     let mut tally = RunTally::default();
     let mut calibration = Calibration::default();
     let mut computed = HashSet::new();
@@ -182,57 +181,123 @@ fn compute(run: &StudyRun<'_>, requested: &mut HashSet<JobKey>) -> Result<RunTal
             stop_in_time(&mut tally, args, interrupt);
             return Ok(tally);
         }
-        let mut options = options(args, study, directory, tasks.len())?;
-        let left = TimeLeft::new(&tasks, options.workers, calibration);
-        let mut progress = ProgressDisplay::new(&tasks, tally.cached, args.json, left);
-        if let Some(budget) = &args.until {
-            (options.until, options.overtime) = (Some(budget.left()), budget.overtime());
-            options.begins_one = round == 0;
+        let (tasks, left_out) = within(tasks, args.max_jobs, tally.computed);
+        tally.computing -= left_out.len();
+        if !tasks.is_empty() {
+            let round = Round { tasks, left_out: &left_out, texts, is_first: round == 0 };
+            run_round(run, round, &mut tally, &mut calibration)?;
         }
-        let outcome = runner::run(
-            tasks,
-            &mut StoreLedger::new(store.store, texts, exporter, account),
-            &options,
-            interrupt,
-            &mut |event| progress.show(event),
-        );
-        progress.finish();
-        calibration = progress.calibration();
-        let summary = outcome.map_err(|error| {
-            let advice = match error {
-                RunError::Postponed { want: Want::Memory, .. } => {
-                    "; give it more memory (--memory)"
-                }
-                _ => "",
-            };
-            // The command stands last, so that it can be copied.
-            anyhow!(
-                "the run stopped: {:#}{advice}; what is done is kept, continue with: {}",
-                anyhow::Error::new(error),
-                continuation
-            )
-        })?;
-        match summary.early_end {
-            Some(EarlyEnd::InTime) => stop_in_time(&mut tally, args, interrupt),
-            Some(EarlyEnd::Interrupted) => tally.interrupted = summary.unfinished > 0,
-            None => {}
+        if let (Some(most), false) = (args.max_jobs, left_out.is_empty() || tally.is_partial()) {
+            tally.stopped_in_time = true;
+            tally.stopped_by = Some(format!("--max-jobs {most}"));
         }
-        tally.computed += summary.done + summary.quarantined;
-        tally.seconds += summary.seconds;
-        if tally.interrupted || tally.stopped_in_time || study.adaptive().is_none() {
+        if tally.is_partial() || study.adaptive().is_none() {
             break;
         }
     }
     Ok(tally)
 }
 
+/// The jobs that a run does before it looks at their results.
+struct Round<'a> {
+    tasks: Vec<Task>,
+    /// The jobs that `--max-jobs` leaves for another run.
+    left_out: &'a [Task],
+    /// The canonical text of each job.
+    texts: HashMap<JobKey, String>,
+    is_first: bool,
+}
+
+/// Computes the jobs of a round, and adds to the counts what came of them.
+fn run_round(
+    run: &StudyRun<'_>,
+    Round { tasks, left_out, texts, is_first }: Round<'_>,
+    tally: &mut RunTally,
+    calibration: &mut Calibration,
+) -> Result<()> {
+    let StudyRun { study, store, directory, args, interrupt, exporter, continuation, account } =
+        *run;
+    let mut options = options(args, study, directory, tasks.len())?;
+    let left =
+        TimeLeft::new(tasks.iter().chain(left_out), options.workers, std::mem::take(calibration));
+    let mut progress = ProgressDisplay::new(tasks.len(), tally.cached, args.json, left);
+    if let Some(budget) = &args.until {
+        (options.until, options.overtime) = (Some(budget.left()), budget.overtime());
+        options.begins_one = is_first;
+    }
+    let (mut failed, computing) = (tally.failed, tally.computing);
+    let mut on_failed = |more: usize| {
+        let is_exceeded =
+            |failed| args.max_failures.is_some_and(|limit| limit.is_exceeded(failed, computing));
+        if is_exceeded(failed + more) && !is_exceeded(failed) {
+            interrupt.raise();
+        }
+        failed += more;
+    };
+    let outcome = runner::run(
+        tasks,
+        &mut StoreLedger::new(store.store, texts, exporter, account, &mut on_failed),
+        &options,
+        interrupt,
+        &mut |event| progress.show(event),
+    );
+    progress.finish();
+    *calibration = progress.calibration();
+    let summary = outcome.map_err(|error| {
+        let advice = match error {
+            RunError::Postponed { want: Want::Memory, .. } => "; give it more memory (--memory)",
+            _ => "",
+        };
+        // The command stands last, so that it can be copied.
+        anyhow!(
+            "the run stopped: {:#}{advice}; what is done is kept, continue with: {}",
+            anyhow::Error::new(error),
+            continuation
+        )
+    })?;
+    tally.failed = failed;
+    tally.computed += summary.done + summary.quarantined;
+    tally.seconds += summary.seconds;
+    match (
+        summary.early_end,
+        args.max_failures.filter(|limit| limit.is_exceeded(failed, computing)),
+    ) {
+        (Some(EarlyEnd::InTime), _) => stop_in_time(tally, args, interrupt),
+        // The limit has raised the request once.
+        (Some(EarlyEnd::Interrupted), _) if summary.unfinished == 0 => {}
+        (Some(EarlyEnd::Interrupted), Some(limit)) if interrupt.raised() == 1 => {
+            tally.too_many_failed = true;
+            tally.stopped_by = Some(format!("--max-failures {limit}: {failed} failed"));
+        }
+        (Some(EarlyEnd::Interrupted), _) => tally.interrupted = true,
+        (None, _) => {}
+    }
+    if summary.unfinished > 0 || !left_out.is_empty() {
+        tally.seconds_left = progress.seconds_left();
+    }
+    Ok(())
+}
+
+/// Divides tasks into those that a run may still begin after so many jobs, a coarse grid of the
+/// axes first, and the others.
+fn within(mut tasks: Vec<Task>, most: Option<u32>, computed: usize) -> (Vec<Task>, Vec<Task>) {
+    let Some(most) = most else { return (tasks, Vec::new()) };
+    let allowed = (most as usize).saturating_sub(computed);
+    if allowed >= tasks.len() {
+        return (tasks, Vec::new());
+    }
+    tasks.sort_by_key(|task| task.rank);
+    let left_out = tasks.split_off(allowed);
+    (tasks, left_out)
+}
+
 /// Notes that a run stopped in time, and why.
 fn stop_in_time(tally: &mut RunTally, args: &ExecutionArgs, interrupt: &Interrupt) {
     tally.stopped_in_time = true;
-    tally.stopped_by = match &args.until {
+    tally.stopped_by = Some(match &args.until {
         Some(budget) if interrupt.ends() == 0 => format!("--until {budget}"),
         _ => "a signal asked for it".to_owned(),
-    };
+    });
 }
 
 /// Returns the number of workers out of `wanted` that have something to do; nothing else may run

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use answers::{FigureRows, Results};
 use anyhow::{Context, Result, anyhow, bail};
 use report::{DataTable, FigureError, FigureForm, FigureSpec, PlotFigure};
-use study::Study;
 use study::columns::{Role, along_path, find};
 use study::figure::FigureKind;
 use study::label::{label, quantity_name};
 use study::units::Dimension;
+use study::{Adaptive, RootSearch, Study};
 
 use crate::influence_figure;
 use crate::written_file::{check_own, write};
@@ -131,8 +131,12 @@ fn picture(
     // Times are ranked as far as their noise tells them apart.
     let is_of_times = figure.front && figure.x == "seconds";
     let noise = find(&columns, "noise").filter(|_| is_of_times).map(|column| column.name.as_ref());
-    let note = missing.map(|missing| format!("{missing}."));
-    let notes: Vec<&str> = note.iter().map(String::as_str).collect();
+    let level = level(study, figure);
+    let marks = "The dashed line is the value that is looked for; rings are where curves cross it.";
+    let missing = missing.map(|missing| format!("{missing}."));
+    let note = missing.into_iter().chain(level.map(|_| marks.to_owned()));
+    let notes: Vec<String> = note.collect();
+    let notes: Vec<&str> = notes.iter().map(String::as_str).collect();
     let form = match figure.kind {
         FigureKind::Curves => FigureForm::Curves,
         FigureKind::Scatter => FigureForm::Scatter,
@@ -164,9 +168,20 @@ fn picture(
         band: figure.band.as_ref().map(|[low, high]| (low.as_str(), high.as_str())),
         front: figure.front,
         noise,
+        level,
         names: figure.names.as_deref(),
     };
     PlotFigure::from_table(table, &spec)
+}
+
+/// Returns the value that a study looks for, where a figure shows the result over the axis along
+/// which it looks.
+fn level(study: &Study, figure: &study::Figure) -> Option<f64> {
+    let Some(Adaptive::Find(RootSearch { column, value, axis, .. })) = study.adaptive() else {
+        return None;
+    };
+    let axis = study.axes().nth(*axis)?.column();
+    (!figure.steps && figure.x == axis && figure.y == [column.clone()]).then_some(*value)
 }
 
 /// Says why there is no figure of a study whose axes suggest some.

@@ -105,12 +105,22 @@ impl JobList {
                 key: *key,
                 payload: order(job, text.clone(), study.surfaces())?,
                 group: forecast.operator,
+                rank: self.rank(study, *point),
                 cost: forecast.seconds,
                 memory: forecast.memory,
             });
             left.texts.insert(*key, text);
         }
         Ok(left)
+    }
+
+    /// Returns the rank of the job of a point: a coarse grid of the axes goes first, so that there
+    /// are answers early. Of what a study chooses all has the same rank.
+    fn rank(&self, study: &Study, point: usize) -> u32 {
+        match study.adaptive() {
+            None => study.index(point).map_or(0, |index| study.level(index)),
+            Some(_) => 0,
+        }
     }
 
     /// Returns the effects of all jobs.

@@ -18,7 +18,11 @@ pub(crate) enum Finish {
     Mistake,
     /// The command finished, but some jobs failed.
     SomeFailed,
-    /// The command stopped in time, and some jobs are left.
+    /// The command finished, and what it compared differs.
+    Differs,
+    /// More jobs failed than were allowed, and some are left.
+    TooManyFailed,
+    /// The command stopped within its time or its number of jobs, and some are left.
     StoppedInTime,
     /// The command was interrupted.
     Interrupted,
@@ -29,7 +33,8 @@ impl From<Finish> for ExitCode {
         ExitCode::from(match finish {
             Finish::AllDone => 0,
             Finish::Mistake => 1,
-            Finish::SomeFailed => 2,
+            Finish::SomeFailed | Finish::Differs => 2,
+            Finish::TooManyFailed => 3,
             // EX_TEMPFAIL of sysexits.h: to be started again.
             Finish::StoppedInTime => 75,
             Finish::Interrupted => 130,

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use answers::rows::digits;
 use identity::JobKey;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use runner::{Event, EventKind, Task};
+use runner::{Event, EventKind};
 use serde::Serialize;
 
 use crate::output;
@@ -54,11 +54,11 @@ struct EventLine<'a> {
 const TICK: Duration = Duration::from_secs(1);
 
 impl ProgressDisplay {
-    /// Returns the display of a run of some tasks, beside `cached` results, with the estimate of
+    /// Returns the display of a run of so many tasks, beside `cached` results, with the estimate of
     /// the time left.
-    pub(crate) fn new(tasks: &[Task], cached: usize, json: bool, left: TimeLeft) -> Self {
+    pub(crate) fn new(tasks: usize, cached: usize, json: bool, left: TimeLeft) -> Self {
         let clock = Arc::new(Mutex::new(RunClock { left, heard: None }));
-        let bar = ProgressBar::new(tasks.len() as u64);
+        let bar = ProgressBar::new(tasks as u64);
         bar.set_draw_target(if json {
             ProgressDrawTarget::hidden()
         } else {
@@ -83,6 +83,13 @@ impl ProgressDisplay {
     /// Returns what the run has told of the times that jobs take.
     pub(crate) fn calibration(&self) -> Calibration {
         locked(&self.clock).left.calibration().clone()
+    }
+
+    /// Returns the estimate of the time that the jobs that are left would take \[s\]; `None` if no
+    /// job was handed out.
+    pub(crate) fn seconds_left(&self) -> Option<f64> {
+        let clock = locked(&self.clock);
+        clock.left.seconds(clock.heard?.seconds)
     }
 
     /// Takes note of an event and shows it.

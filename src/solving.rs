@@ -67,7 +67,13 @@ pub(crate) fn solve_scene(
     let account = this_run(study, file);
     let SolvedJob { record, fields, discovery } = match study.adaptive() {
         Some(Adaptive::Accuracy(_)) => solve_accurately(study, operators)?,
-        Some(Adaptive::Refine { .. } | Adaptive::Bisect { .. }) | None => {
+        Some(
+            Adaptive::Refine { .. }
+            | Adaptive::Bisect { .. }
+            | Adaptive::Find(_)
+            | Adaptive::Fill(_),
+        )
+        | None => {
             let job = study.point(0).context("the study's only point cannot be made")?.job;
             solve_job(&job, study.surfaces(), operators)?
         }

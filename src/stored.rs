@@ -6,12 +6,12 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use answers::{RecordMap, Records, RecordsError, effects};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use contact::model::Fields;
 use contact::punch::Surfaces;
 use identity::JobKey;
 use rayon::prelude::*;
-use store::{Blobs, Digest, OpenError, ReadError, RecordOrigin, Store, StoreReader};
+use store::{Blobs, Digest, OpenError, ReadError, RecordOrigin, Store, StoreReader, StudyLabels};
 use study::account::ACCOUNT_LIMIT;
 use study::encoding::DecodeError;
 use study::record_format::{decode_fields, job_text};
@@ -19,6 +19,9 @@ use study::{Job, MOST_POINTS, Record, RunAccount, Study};
 
 use crate::merge_rules::RULES;
 use crate::{output, proposal};
+
+/// The likeness from which on a name is probably meant by another, by Jaro and Winkler.
+const ALIKE: f64 = 0.85;
 
 /// A store as the place that keeps records.
 #[derive(Clone, Copy)]
@@ -134,6 +137,12 @@ impl StoreSource<'_> {
             StoreSource::Store(written) => Box::new(written.store.records()),
             StoreSource::Reader(reader) => Box::new(reader.records()?),
         })
+    }
+
+    /// Returns every record that can be read, whatever the version of its physics.
+    pub(crate) fn all_sound(&self) -> Result<impl Iterator<Item = Record>, ReadError> {
+        let sound = |(key, bytes): FetchedRecord| decoded(&key, &bytes.ok()?).ok();
+        Ok(self.all()?.filter_map(sound))
     }
 
     /// Returns true if the record of a job that was read can be built upon.
@@ -274,7 +283,31 @@ pub(crate) fn stored_large_study(reader: &StoreReader, name: &str) -> Result<Stu
             proposal::command(reader.blobs().store(), run)
         );
     }
-    bail!("there is no study `{name}` in the store; it has {}", list(&names))
+    Err(no_such_study(name, &names))
+}
+
+/// Reads the labels of a study in a store.
+pub(crate) fn study_labels(directory: &Path, name: &str) -> Result<StudyLabels> {
+    let reader = read_store(directory)?;
+    let names = reader.study_names()?;
+    if !names.iter().any(|known| known == name) {
+        return Err(no_such_study(name, &names));
+    }
+    Ok(reader.labels()?.remove(name).unwrap_or_default())
+}
+
+/// Returns the error about a study that a store does not have, with the one that is spelled like it
+/// or else with all that it has.
+pub(crate) fn no_such_study(name: &str, names: &[String]) -> anyhow::Error {
+    let likeness =
+        |known: &String| strsim::jaro_winkler(&name.to_lowercase(), &known.to_lowercase());
+    let nearest = names.iter().max_by(|one, other| likeness(one).total_cmp(&likeness(other)));
+    match nearest.filter(|nearest| likeness(nearest) > ALIKE) {
+        Some(nearest) => {
+            anyhow!("there is no study `{name}` in the store; did you mean `{nearest}`?")
+        }
+        None => anyhow!("there is no study `{name}` in the store; it has {}", list(names)),
+    }
 }
 
 fn list(names: &[String]) -> String {

@@ -38,21 +38,30 @@ pub(crate) struct RunTally {
     /// The jobs that were given out and have ended.
     #[serde(skip)]
     pub(crate) computed: usize,
+    /// The jobs that were given out and have ended without a solution.
+    #[serde(skip)]
+    pub(crate) failed: usize,
     /// The duration \[s\].
     pub(crate) seconds: f64,
     /// The run was interrupted.
     pub(crate) interrupted: bool,
-    /// The run stopped in time, with jobs left.
+    /// The run stopped within its time or its number of jobs, with jobs left.
     pub(crate) stopped_in_time: bool,
-    /// The cause of that in words.
-    #[serde(skip)]
-    pub(crate) stopped_by: String,
+    /// The limit by which the run stopped before its end, as on the command line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) stopped_by: Option<String>,
+    /// More jobs failed than were allowed.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) too_many_failed: bool,
+    /// The estimate of the time that the jobs left would take \[s\], if the run stopped early.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) seconds_left: Option<f64>,
 }
 
 impl RunTally {
     /// Returns true if jobs are left.
     pub(crate) fn is_partial(&self) -> bool {
-        self.interrupted || self.stopped_in_time
+        self.interrupted || self.stopped_in_time || self.too_many_failed
     }
 }
 
@@ -111,9 +120,10 @@ pub(crate) fn summarise(
     } else {
         output::print(&summary.words()?)?;
     }
-    let RunTally { interrupted, stopped_in_time, .. } = summary.tally;
+    let RunTally { interrupted, stopped_in_time, too_many_failed, .. } = summary.tally;
     Ok(match progress.failed + results.inaccurate() {
         _ if interrupted => Finish::Interrupted,
+        _ if too_many_failed => Finish::TooManyFailed,
         _ if stopped_in_time => Finish::StoppedInTime,
         0 => Finish::AllDone,
         _ => Finish::SomeFailed,
@@ -181,21 +191,23 @@ impl RunSummary<'_> {
         Ok(text)
     }
 
-    /// Says that the run stopped in time, if it did.
+    /// Says that the run stopped early, if it did, what is left and how long that would take.
     fn stopped(&self) -> String {
-        let RunTally { jobs, cached, computed, stopped_in_time, stopped_by, .. } = &self.tally;
-        if !stopped_in_time {
-            return String::new();
-        }
+        let RunTally { jobs, cached, computed, too_many_failed, seconds_left, .. } = &self.tally;
+        let Some(stopped_by) = &self.tally.stopped_by else { return String::new() };
+        let how = if *too_many_failed { "stopped" } else { "stopped in time" };
         let left = jobs.saturating_sub(cached + computed);
         let verb = if left == 1 { "is" } else { "are" };
         let jobs = count(*jobs, "job", "jobs");
         // A study that chooses its points has more jobs than it knows of.
         let known = if self.results.study().adaptive().is_some() { " known so far" } else { "" };
+        let time = seconds_left.map_or(String::new(), |seconds| {
+            format!("the jobs left take about {}\n", duration(seconds))
+        });
         let advice = if *computed == 0 { ", but no job ended in this time" } else { "" };
         format!(
-            "stopped in time ({stopped_by}): {left} of {jobs}{known} {verb} left; the same command \
-             goes on{advice}\n"
+            "{time}{how} ({stopped_by}): {left} of {jobs}{known} {verb} left; the same command goes \
+             on{advice}\n"
         )
     }
 

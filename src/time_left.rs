@@ -133,7 +133,11 @@ pub(crate) struct TimeLeft {
 
 impl TimeLeft {
     /// Returns the estimate for some tasks on so many workers, with what is known of earlier jobs.
-    pub(crate) fn new(tasks: &[Task], workers: usize, calibration: Calibration) -> Self {
+    pub(crate) fn new<'t>(
+        tasks: impl IntoIterator<Item = &'t Task>,
+        workers: usize,
+        calibration: Calibration,
+    ) -> Self {
         let mut waiting = JobsBySize::default();
         let mut jobs = HashMap::new();
         // The sums are in the order of the tasks: over a hash map their last digits would differ.
@@ -307,6 +311,7 @@ mod tests {
             key: key(job),
             payload: Vec::new(),
             group: 0,
+            rank: 0,
             cost: *cost,
             memory: 0,
         };
@@ -394,6 +399,7 @@ mod tests {
             key: key(job),
             payload: Vec::new(),
             group: 0,
+            rank: 0,
             cost: 1.0,
             memory: 0,
         };
@@ -418,6 +424,7 @@ mod tests {
             key: key(job),
             payload: Vec::new(),
             group: 0,
+            rank: 0,
             cost: 1.0,
             memory: 0,
         };

@@ -8,6 +8,7 @@ use wording::one_line;
 
 use crate::answer_text::{answers_json, answers_words};
 use crate::cli::AnswerArgs;
+use crate::labels;
 use crate::output::{self, Finish, layout};
 use crate::proposal;
 use crate::stored::{StoreSource, read_store, stored_study};
@@ -19,6 +20,7 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
     let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    let labels = reader.labels()?.remove(&args.name).unwrap_or_default();
     let about = match &args.column[..] {
         [] => None,
         columns => Some(results.about(columns)?),
@@ -30,17 +32,20 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
     if args.json {
         let progress = results.progress();
         let study = results.study();
-        return output::print_json(&serde_json::json!({
+        let mut answer = serde_json::json!({
             "study": study.name(),
             "question": study.question(),
             "progress": progress,
             "answers": answers_json(answers)?,
             "inaccurate": results.inaccurate(),
             "warnings": warning_words(&results),
-        }));
+        });
+        labels::add_json(&mut answer, &labels);
+        return output::print_json(&answer);
     }
     // A line end in it could make a line that looks like one of ours.
     let mut text = format!("{}\n", one_line(results.study().question()));
+    labels::lines(&labels).iter().for_each(|line| text += &format!("{line}\n"));
     if answers.is_empty() {
         // The rows of the study are its answer.
         text += &format!("\n{}", results.usual_table()?.terminal(&layout()));

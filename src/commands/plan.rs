@@ -43,6 +43,9 @@ struct Plan<'a> {
     jobs: usize,
     cached: usize,
     to_run: usize,
+    /// The largest number of points that may follow; nothing where it is not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    more_at_most: Option<usize>,
     increments: u64,
     operators: usize,
     predicted_worker_seconds: f64,
@@ -82,10 +85,11 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     };
     let mut jobs = JobList::of(&study)?;
     let reader = opened(args)?;
-    let mut found = None;
+    let (mut found, mut more) = (None, None);
     if study.adaptive().is_some() {
-        let PointChoice { points, findings } = choice_so_far(&study, reader.as_ref())?;
+        let PointChoice { points, findings, more: bound } = choice_so_far(&study, reader.as_ref())?;
         jobs = JobList::of_points(&study, points)?;
+        more = bound;
         found = Some(choice::table(&study, &findings)?);
     }
     let overview = jobs.effects(&study)?;
@@ -99,6 +103,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     }
     let mut plan = Plan::of(&study, &tally, &overview, file_lines(&study, &jobs));
     plan.chosen = found.as_ref().map(|table| serde_json::from_str(&table.json())).transpose()?;
+    plan.more_at_most = more;
     plan.shard = args.shard.map(|_| shard.to_string());
     if args.json {
         return output::print_json(&plan);
@@ -109,7 +114,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         text += &meshes(&tally);
     }
     if let Some(table) = found {
-        text += if plan.to_run > 0 { "more follow, as the results demand\n" } else { "" };
+        text += &plan.following(&jobs);
         text += &format!("\nfound so far\n{}", table.terminal(&layout()));
     }
     text += &format!("\n{}", overview_words(&overview));
@@ -278,6 +283,7 @@ impl<'a> Plan<'a> {
             jobs: tally.jobs,
             cached: tally.jobs - tally.to_run,
             to_run: tally.to_run,
+            more_at_most: None,
             increments: tally.increments,
             operators: tally.operators.len(),
             predicted_worker_seconds: tally.seconds,
@@ -315,6 +321,23 @@ impl<'a> Plan<'a> {
         text += "\n";
         text += &self.note.iter().map(|note| format!("note: {note}\n")).collect::<String>();
         text + &self.files.iter().map(|line| format!("{line}\n")).collect::<String>()
+    }
+
+    /// Says how many jobs may follow those that are known, and how long they would take: as long as
+    /// these do on average.
+    fn following(&self, jobs: &JobList) -> String {
+        let forecasts = jobs.distinct.iter().map(|job| job.forecast.seconds);
+        let mean = forecasts.sum::<f64>() / jobs.distinct.len().max(1) as f64;
+        match self.more_at_most {
+            _ if self.to_run == 0 => String::new(),
+            None => "more follow, as the results demand\n".to_owned(),
+            Some(0) => "no more follow\n".to_owned(),
+            Some(more) => format!(
+                "more follow, as the results demand: at most {}, {} of work\n",
+                count(more, "point", "points"),
+                duration(more as f64 * mean)
+            ),
+        }
     }
 
     fn predictions(&self) -> String {

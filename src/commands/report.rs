@@ -152,6 +152,8 @@ fn page(args: &ReportArgs, reader: &StoreReader, results: &Results<'_>) -> Resul
             .to_owned(),
         sections: facts::before(results, &rows, filter, &left_out)?,
     };
+    let labels = reader.labels()?.remove(results.study().name()).unwrap_or_default();
+    page.sections[0].blocks.splice(0..0, facts::labels(&labels));
     page.sections.push(pictures::section(results, &rows, table.rows(), filter, &mut left_out)?);
     page.sections.push(jobs_section(&rows, table.clone(), &mut left_out));
     let place = page.sections.len();

@@ -6,6 +6,7 @@ use report::{Cell, DataTable, TableColumn};
 use store::StoreReader;
 
 use crate::cli::StatusArgs;
+use crate::labels::{self, add_json};
 use crate::output::{self, Finish, layout};
 use crate::shard_states::StudyShards;
 use crate::stored::{StoreSource, read_store, stored_large_study, stored_study};
@@ -23,17 +24,23 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let mut listed = Vec::new();
     let exports = reader.exports();
     let mut sharded = Vec::new();
+    let mut labels = Vec::new();
+    let all_labels = reader.labels()?;
+    let of_study = |name: &String| all_labels.get(name).cloned().unwrap_or_default();
     for name in &names {
         let large = stored_large_study(&reader, name).ok().filter(|study| !study.is_listed());
         if let Some(study) = large {
             // Only its shards say how far it is.
             let shards = StudyShards::of(name, &exports);
             let listed_shards: Vec<_> = shards.iter().flat_map(|shards| &shards.rows).collect();
-            listed.push(serde_json::json!({
+            let mut entry = serde_json::json!({
                 "study": name, "question": study.question(),
                 "progress": { "points": study.len() },
                 "shards": listed_shards,
-            }));
+            });
+            add_json(&mut entry, &of_study(name));
+            listed.push(entry);
+            labels.push(of_study(name));
             let mut row = vec![Cell::Text(name.clone()), Cell::Integer(study.len() as i64)];
             row.resize(6, Cell::Missing);
             row.push(Cell::Text(study.question().to_owned()));
@@ -61,7 +68,9 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
             let all: Vec<_> = shards.iter().flat_map(|shards| &shards.rows).collect();
             entry["shards"] = serde_json::to_value(all)?;
         }
+        add_json(&mut entry, &of_study(name));
         listed.push(entry);
+        labels.push(of_study(name));
         sharded.extend(shards);
         let mut row = vec![Cell::Text(name.clone())];
         row.extend(
@@ -81,9 +90,13 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     if rows.is_empty() {
         return Ok(finish);
     }
-    let heads = ["study", "points", "certified", "failed", "left", "inaccurate", "question"]
-        .map(|name| TableColumn::new(name, ""));
-    let mut text = DataTable::new(heads.to_vec(), rows)?.terminal(&layout());
+    let mut heads = ["study", "points", "certified", "failed", "left", "inaccurate", "question"]
+        .map(|name| TableColumn::new(name, ""))
+        .to_vec();
+    let (label_heads, cells) = labels::columns(&labels);
+    heads.extend(label_heads);
+    rows.iter_mut().zip(cells).for_each(|(row, cells)| row.extend(cells));
+    let mut text = DataTable::new(heads, rows)?.terminal(&layout());
     for shards in sharded {
         text += &format!("\n{}", shards.words()?);
     }

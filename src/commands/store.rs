@@ -1,4 +1,7 @@
-//! `store verify`, `salvage`, `compact`, `export`, `import` and `merge`.
+//! `store verify`, `salvage`, `compact`, `export`, `import` and `merge`. `store gc` has a file of
+//! its own.
+
+mod gc;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -31,6 +34,7 @@ pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {
         StoreCommand::Compact { json, store } => {
             compact(&Store::open_existing(&store.store)?, *json)
         }
+        StoreCommand::Gc(args) => gc::gc(args),
         StoreCommand::Export { file, studies, json, store } => {
             export(read_store(&store.store)?, file, studies, *json)
         }

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod adaptive;
+mod budgets;
 mod cite;
 mod effects;
 mod failed;
@@ -21,6 +22,7 @@ mod sensitivity;
 mod shards;
 mod store;
 mod submit;
+mod upkeep;
 mod wheel;
 
 use std::fs;
@@ -33,11 +35,11 @@ use crate::place::{Place, SMALL, redacted};
 #[test]
 fn help_says_what_can_be_asked() {
     let place = Place::empty();
-    let commands = "run submit plan effects cost resume status answer query show plot report cite solve store completions";
+    let commands = "run submit plan effects cost resume status answer query show plot report cite diff tag note rm solve store completions";
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
     lines.extend(
-        ["verify", "salvage", "compact", "export", "import", "merge"]
+        ["verify", "salvage", "compact", "gc", "export", "import", "merge"]
             .map(|command| vec!["store", command, "--help"]),
     );
     let lines: Vec<&[&str]> = lines.iter().map(Vec::as_slice).collect();

@@ -6,9 +6,16 @@
 
 mod accuracy;
 mod bisect;
+mod column_value;
 mod condition;
+mod fill;
+mod find;
 mod found;
+mod leaves;
+mod line;
+mod narrowing;
 mod refine;
+mod roots;
 
 use std::collections::HashSet;
 
@@ -19,10 +26,12 @@ use crate::error::AnswerError;
 use crate::records::{RecordMap, Records};
 
 use bisect::Bisection;
+use fill::Filler;
+use find::RootFinder;
 use refine::MeshRefinement;
 
 pub use condition::check;
-pub use found::{Discovery, Finding, PointChoice, table};
+pub use found::{Discovery, Finding, Passage, PointChoice, table};
 
 /// Chooses a study's points by the records that there are.
 ///
@@ -30,7 +39,7 @@ pub use found::{Discovery, Finding, PointChoice, table};
 /// A condition cannot be evaluated on some result.
 pub fn choose(study: &Study, records: &RecordMap) -> Result<PointChoice, AnswerError> {
     match study.adaptive() {
-        None => Ok(PointChoice { points: study.points(), findings: Vec::new() }),
+        None => Ok(PointChoice { points: study.points(), ..PointChoice::bounded() }),
         Some(Adaptive::Refine { on, until, at_most }) => {
             let refinement =
                 MeshRefinement { study, records, on, until: *until, at_most: *at_most };
@@ -43,8 +52,30 @@ pub fn choose(study: &Study, records: &RecordMap) -> Result<PointChoice, AnswerE
         Some(Adaptive::Bisect { axis, on, to, .. }) => {
             Bisection::new(study, records, *axis, on, *to)?.choose()
         }
+        Some(Adaptive::Find(search)) => RootFinder::new(study, records, search)?.choose(),
+        Some(Adaptive::Fill(filling)) => Filler::new(study, records, filling)?.choose(),
         Some(Adaptive::Accuracy(accuracy)) => accuracy::choose(study, accuracy, records),
     }
+}
+
+/// Visits the jobs that a study refers to: those of its points, as far as the results that `source`
+/// keeps determine them, and those from which the choice has learnt. A job may come several times.
+///
+/// # Errors
+/// A record cannot be read, or a condition cannot be evaluated on some result.
+pub fn visit_jobs(
+    study: &Study,
+    source: &dyn Records,
+    mut visitor: impl FnMut(JobKey),
+) -> Result<(), AnswerError> {
+    if study.adaptive().is_none() {
+        let points = study.indices().filter_map(|index| study.point(index));
+        points.for_each(|point| visitor(point.key));
+        return Ok(());
+    }
+    let Gathered { choice, records } = gather(study, source)?;
+    choice.points.iter().map(|point| point.key).chain(records.into_keys()).for_each(visitor);
+    Ok(())
 }
 
 /// The points of a study as far as its results determine them, with these results.

@@ -42,6 +42,12 @@ pub fn used_subjects(
     if uses_ladder(study) {
         counts.insert(CitedSubject::Ladder, jobs.len());
     }
+    let of_choice = match study.adaptive() {
+        Some(Adaptive::Find(_)) => Some(CitedSubject::Roots),
+        Some(Adaptive::Fill(_)) => Some(CitedSubject::Filling),
+        _ => None,
+    };
+    counts.extend(of_choice.map(|subject| (subject, jobs.len())));
     for subject in of_sample(study) {
         counts.insert(subject, jobs.len());
     }
@@ -135,6 +141,13 @@ mod tests {
         assert_eq!(used(""), [&alike[..], &directions].concat());
         let frictionless = used("[sweep]\nfriction.mu = [0, 0.3]\n");
         assert!(frictionless.contains(&("equation", 2)) && frictionless.contains(&("friction", 1)));
+        let axis = "[sweep]\nfriction.mu = [0.1, 0.3]\n";
+        let find = "axis = \"mu\"\ncolumn = \"load\"\nvalue = 1\nto = \"1%\"\n";
+        assert!(used(&format!("{axis}[find]\n{find}")).contains(&("finding roots", 2)));
+        let fill = "axis = \"mu\"\ncolumn = \"load\"\nto = \"1%\"\n";
+        assert!(
+            used(&format!("{axis}[fill]\n{fill}")).contains(&("filling of curves and maps", 2))
+        );
         let sample = "[sample]\nmethod = \"random\"\ncount = 3\n[sample.keys]\nfriction.mu = { from = 0.1, to = 0.4 }\n";
         assert!(used(sample).contains(&("intervals of samples", 3)));
         assert!(!used("").iter().any(|(title, _)| *title == "intervals of samples"));

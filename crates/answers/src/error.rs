@@ -33,6 +33,17 @@ pub enum AnswerError {
         /// The column that is probably meant.
         meant: String,
     },
+    /// Two studies have no points that could be the same.
+    #[error(
+        "points are matched by the values of the axes of both studies, and `{study}` has no column \
+         `{column}`"
+    )]
+    NotMatched {
+        /// The column of the axis.
+        column: String,
+        /// The study without it.
+        study: String,
+    },
     /// The results cannot be read.
     #[error(transparent)]
     Records(RecordsError),

@@ -20,7 +20,8 @@
 //! - [`used_subjects`] says what of the method and of the effects the jobs of a study use, for a
 //!   list of references.
 //! - [`shards`] cuts a study into parts for machines that do not know of each other.
-//! - [`Results`] puts these together, and a [`Selection`] of it is a table.
+//! - [`Results`] puts these together, a [`Selection`] of it is a table, and two of them have a
+//!   [`Difference`].
 #![forbid(unsafe_code)]
 
 mod accounts;
@@ -30,6 +31,7 @@ mod comparison;
 mod convergence;
 mod cost;
 mod described;
+mod difference;
 pub mod effects;
 mod error;
 mod evidence;
@@ -56,6 +58,7 @@ mod warnings;
 pub use accounts::{Accounts, ComputingRun};
 pub use citations::{UsedSubject, used_subjects};
 pub use comparison::AnswerTable;
+pub use difference::Difference;
 pub use error::AnswerError;
 pub use kind::{
     Proof, RecordSize, check, forecast, is_timed, perform, proof, tables_of, too_large,

@@ -88,7 +88,7 @@ impl<'r> Results<'r> {
     /// # Errors
     /// A record cannot be read, or a condition cannot be evaluated.
     pub fn read(study: Study, source: &'r dyn Records) -> Result<Self, AnswerError> {
-        let Gathered { choice: PointChoice { points, findings }, records } =
+        let Gathered { choice: PointChoice { points, findings, .. }, records } =
             gather(&study, source)?;
         Ok(Self {
             study,
@@ -180,7 +180,13 @@ impl<'r> Results<'r> {
                 }
                 ends
             }
-            Some(Adaptive::Accuracy(_) | Adaptive::Bisect { .. }) | None => all,
+            Some(
+                Adaptive::Accuracy(_)
+                | Adaptive::Bisect { .. }
+                | Adaptive::Find(_)
+                | Adaptive::Fill(_),
+            )
+            | None => all,
         };
         let others = of_estimates(&of(&ends), Subject::Points, &RequiredError::LARGE);
         warnings.extend(

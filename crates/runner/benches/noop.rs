@@ -57,6 +57,7 @@ fn tasks(count: u64, payload: &[u8], cost: f64) -> Vec<Task> {
             key: JobKey(key),
             payload: payload.to_vec(),
             group: number / 100,
+            rank: 0,
             cost,
             memory: 1 << 20,
         }

@@ -1,11 +1,13 @@
 //! The queue holds the jobs that wait, in the order in which they should be handed out.
 //!
-//! Jobs of one group share something costly, so they go to one worker one after another, long ones
-//! first. Groups are taken in the order of falling total cost. A worker joins the group of another
-//! only when no unclaimed group is left.
+//! Jobs of one group share something costly, so they go to one worker one after another: those of
+//! the lowest rank first, and of these the long ones first. Groups are taken in the order of their
+//! lowest rank, then of falling total cost. A worker joins the group of another only when no
+//! unclaimed group is left.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Bound::{Excluded, Unbounded};
 
 /// The index of a group in the queue, which is not the number that the caller gave it.
 pub(crate) type GroupIndex = usize;
@@ -13,10 +15,36 @@ pub(crate) type GroupIndex = usize;
 /// The bits of a cost. Costs are positive and finite, so their bits have the same order.
 type CostBits = Reverse<u64>;
 
-#[derive(Debug, Default)]
+/// A job as the queue knows it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct QueuedJob {
+    /// The number of its group.
+    pub(crate) group: u64,
+    /// The jobs of a lower rank go first.
+    pub(crate) rank: u32,
+    /// The predicted time, positive and finite \[s\].
+    pub(crate) cost: f64,
+}
+
+/// The place of a waiting job in its group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Turn {
+    rank: u32,
+    cost: CostBits,
+    job: usize,
+}
+
+/// The place of a group in the queue: the lowest rank of its jobs, and the cost of all of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct GroupTurn {
+    rank: u32,
+    total: CostBits,
+}
+
+#[derive(Debug)]
 struct JobGroup {
-    waiting: BTreeSet<(CostBits, usize)>,
-    rank: CostBits,
+    waiting: BTreeSet<Turn>,
+    turn: GroupTurn,
     /// The number of live workers that hold this group.
     holders: usize,
 }
@@ -25,31 +53,34 @@ struct JobGroup {
 #[derive(Debug, Default)]
 pub(crate) struct Queue {
     groups: Vec<JobGroup>,
-    /// Every group that has a waiting job, the most expensive first.
-    open: BTreeSet<(CostBits, GroupIndex)>,
+    /// Every group that has a waiting job, in the order in which they are taken.
+    open: BTreeSet<(GroupTurn, GroupIndex)>,
     /// Every waiting job, the cheapest first.
     by_cost: BTreeSet<(u64, usize)>,
-    /// The group and the cost of each job.
-    jobs: Vec<(GroupIndex, CostBits)>,
+    /// The group and the turn of each job.
+    jobs: Vec<(GroupIndex, Turn)>,
 }
 
 impl Queue {
-    /// Makes a queue of all jobs, each given as its group number and its predicted time \[s\].
-    pub(crate) fn new(jobs: impl IntoIterator<Item = (u64, f64)>) -> Queue {
+    /// Makes a queue of all jobs.
+    pub(crate) fn new(jobs: impl IntoIterator<Item = QueuedJob>) -> Queue {
         let mut queue = Queue::default();
         let mut index = BTreeMap::new();
         let mut totals: Vec<f64> = Vec::new();
-        for (number, cost) in jobs {
-            let group = *index.entry(number).or_insert_with(|| {
-                queue.groups.push(JobGroup::default());
+        for (job, QueuedJob { group, rank, cost }) in jobs.into_iter().enumerate() {
+            let group = *index.entry(group).or_insert_with(|| {
+                let turn = GroupTurn { rank, total: Reverse(0) };
+                queue.groups.push(JobGroup { waiting: BTreeSet::new(), turn, holders: 0 });
                 totals.push(0.0);
                 queue.groups.len() - 1
             });
             totals[group] += cost;
-            queue.jobs.push((group, Reverse(cost.to_bits())));
+            let turn = &mut queue.groups[group].turn;
+            turn.rank = turn.rank.min(rank);
+            queue.jobs.push((group, Turn { rank, cost: Reverse(cost.to_bits()), job }));
         }
         for (group, total) in queue.groups.iter_mut().zip(&totals) {
-            group.rank = Reverse(total.to_bits());
+            group.turn.total = Reverse(total.to_bits());
         }
         for job in 0..queue.jobs.len() {
             queue.put(job);
@@ -75,25 +106,25 @@ impl Queue {
     /// Returns true if this job waits.
     #[cfg(any(test, debug_assertions))] // The invariants ask for it.
     pub(crate) fn contains(&self, job: usize) -> bool {
-        let (group, cost) = self.jobs[job];
-        self.groups[group].waiting.contains(&(cost, job))
+        let (group, turn) = self.jobs[job];
+        self.groups[group].waiting.contains(&turn)
     }
 
     /// Puts a job back into its place in the order.
     pub(crate) fn put(&mut self, job: usize) {
-        let (group, cost) = self.jobs[job];
-        self.groups[group].waiting.insert((cost, job));
-        self.by_cost.insert((cost.0, job));
-        self.open.insert((self.groups[group].rank, group));
+        let (group, turn) = self.jobs[job];
+        self.groups[group].waiting.insert(turn);
+        self.by_cost.insert((turn.cost.0, job));
+        self.open.insert((self.groups[group].turn, group));
     }
 
     /// Takes this very job out if it waits, and returns true if it did.
     pub(crate) fn take_this(&mut self, job: usize) -> bool {
-        let (group, cost) = self.jobs[job];
-        let taken = self.groups[group].waiting.remove(&(cost, job));
-        self.by_cost.remove(&(cost.0, job));
+        let (group, turn) = self.jobs[job];
+        let taken = self.groups[group].waiting.remove(&turn);
+        self.by_cost.remove(&(turn.cost.0, job));
         if self.groups[group].waiting.is_empty() {
-            self.open.remove(&(self.groups[group].rank, group));
+            self.open.remove(&(self.groups[group].turn, group));
         }
         taken
     }
@@ -127,8 +158,19 @@ impl Queue {
             return None;
         }
         let first = |group: GroupIndex| {
-            let mut short = self.groups[group].waiting.range((Reverse(longest), 0)..).copied();
-            short.find(|&(_, job)| fits(job))
+            let waiting = &self.groups[group].waiting;
+            // Of each rank those that are too long are passed over at once.
+            let mut from = waiting.first().copied();
+            while let Some(Turn { rank, .. }) = from {
+                let first = Turn { rank, cost: Reverse(longest), job: 0 };
+                let last = Turn { rank, cost: Reverse(0), job: usize::MAX };
+                let found = waiting.range(first..=last).find(|turn| fits(turn.job));
+                if let Some(turn) = found {
+                    return Some(turn.job);
+                }
+                from = waiting.range((Excluded(last), Unbounded)).next().copied();
+            }
+            None
         };
         let held = held.and_then(|group| Some((group, first(group)?)));
         let unclaimed = || {
@@ -138,14 +180,14 @@ impl Queue {
         let shared = || {
             let mut claimed: Vec<_> =
                 self.open.iter().filter(|(_, group)| self.groups[*group].holders > 0).collect();
-            claimed.sort_by_key(|(rank, group)| {
-                (Reverse(self.groups[*group].waiting.len()), *rank, *group)
+            claimed.sort_by_key(|(turn, group)| {
+                (Reverse(self.groups[*group].waiting.len()), *turn, *group)
             });
             claimed.into_iter().find_map(|&(_, group)| Some((group, first(group)?)))
         };
-        let (group, entry) = held.or_else(unclaimed).or_else(shared)?;
-        self.take_this(entry.1);
-        Some((entry.1, group))
+        let (group, job) = held.or_else(unclaimed).or_else(shared)?;
+        self.take_this(job);
+        Some((job, group))
     }
 }
 
@@ -153,9 +195,39 @@ impl Queue {
 mod tests {
     use super::*;
 
+    /// Makes a queue of jobs given as their groups and costs.
+    fn queue<const N: usize>(jobs: [(u64, f64); N]) -> Queue {
+        Queue::new(jobs.map(|(group, cost)| QueuedJob { group, rank: 0, cost }))
+    }
+
+    #[test]
+    fn ranks_go_before_costs_and_groups_before_ranks() {
+        let jobs = [[7, 2, 9], [7, 0, 1], [9, 1, 1], [8, 0, 1], [8, 3, 1], [7, 0, 2]];
+        let queued = |[group, rank, cost]: [u64; 3]| QueuedJob {
+            group,
+            rank: rank as u32,
+            cost: cost as f64,
+        };
+        let mut queue = Queue::new(jobs.map(queued));
+        let mut order = Vec::new();
+        let mut held = None;
+        while let Some((job, group)) = queue.take(held, f64::INFINITY, |_| true) {
+            queue.hold(held, Some(group));
+            held = Some(group);
+            order.push(job);
+        }
+        assert_eq!(order, [5, 1, 0, 3, 4, 2]);
+
+        // What is too long or does not fit is passed over in every rank.
+        let mut queue = Queue::new(jobs.map(queued));
+        assert_eq!(queue.take(None, 8.0, |job| job != 5 && job != 1).unwrap().0, 3);
+        assert_eq!(queue.take(None, 9.0, |job| job == 0).unwrap().0, 0);
+        assert_eq!(queue.take(None, 0.5, |_| true), None);
+    }
+
     #[test]
     fn a_worker_stays_with_its_group_and_takes_long_jobs_first() {
-        let mut queue = Queue::new([(7, 1.0), (9, 5.0), (7, 3.0), (9, 1.0), (7, 2.0), (7, 1.5)]);
+        let mut queue = queue([(7, 1.0), (9, 5.0), (7, 3.0), (9, 1.0), (7, 2.0), (7, 1.5)]);
         // Group 7 costs 7.5 s, and group 9 costs 6 s.
         let (job, a) = queue.take(None, f64::INFINITY, |_| true).unwrap();
         assert_eq!(job, 2);
@@ -182,7 +254,7 @@ mod tests {
 
     #[test]
     fn what_takes_longer_than_there_is_time_for_is_passed_over() {
-        let mut queue = Queue::new([(7, 1.0), (9, 5.0), (7, 3.0), (9, 2.0)]);
+        let mut queue = queue([(7, 1.0), (9, 5.0), (7, 3.0), (9, 2.0)]);
         assert_eq!(queue.shortest(), Some(0));
         assert_eq!(queue.take(None, 0.5, |_| true), None);
         assert_eq!(queue.take(None, 2.0, |_| true), Some((3, queue.group(3))));

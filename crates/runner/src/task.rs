@@ -12,6 +12,9 @@ pub struct Task {
     /// The number of its group. Tasks of one group share something costly and go to one worker one
     /// after another.
     pub group: u64,
+    /// The rank by which a run serves early answers: within a group, and between groups by their
+    /// first tasks, those of lower rank go first.
+    pub rank: u32,
     /// The predicted time \[s\]. It orders jobs within a group and stretches deadlines, and it is
     /// corrected by the real times of the jobs.
     pub cost: f64,

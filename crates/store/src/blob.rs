@@ -22,6 +22,7 @@ use crate::exports::{CompressedBlob, ExportSet};
 use crate::frame::{BodySum, Checksum};
 
 pub(crate) use self::files::BlobFile;
+pub use self::files::StoredBlob;
 use self::files::{files_in, path_in};
 use self::verified::{BlobSink, PIECE, verified};
 
@@ -371,6 +372,14 @@ impl Blobs {
             Some(exports) => exports.has_blob(digest),
             None => self.path(digest).is_file(),
         }
+    }
+
+    /// Lists the blobs in the order of their names. Their content is not read.
+    ///
+    /// # Errors
+    /// [`ReadError::Io`] if they cannot be listed.
+    pub fn stored(&self) -> Result<Vec<StoredBlob>, ReadError> {
+        Ok(self.files()?.iter().filter_map(BlobFile::stored).collect())
     }
 
     /// Lists every file under `blobs/` in the order of the names, or every blob in exports.

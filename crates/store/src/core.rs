@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use std::{fs, io, thread};
 
@@ -79,8 +79,8 @@ pub(crate) struct Core {
     manifest: Mutex<Manifest>,
     /// The time at which a commit last raised the promise of the manifest.
     raised: Mutex<Option<Instant>>,
-    // The lock is dropped last.
-    _lock: Lock,
+    // The lock is dropped last, unless somebody goes on holding it.
+    pub(crate) lock: Arc<Lock>,
 }
 
 impl Core {
@@ -126,7 +126,7 @@ impl Core {
             records,
             manifest: Mutex::new(manifest),
             raised: Mutex::new(None),
-            _lock: lock,
+            lock: Arc::new(lock),
         };
         core.records.database.sync().map_err(failed)?;
         core.records.database.sync_files().map_err(io("make durable the database of"))?;
@@ -157,8 +157,8 @@ impl Core {
         Ok(())
     }
 
-    fn promise(&self, manifest: &mut Manifest, records: u64) -> Result<(), WriteError> {
-        let next = Manifest::new(records, manifest.studies.clone());
+    pub(crate) fn promise(&self, manifest: &mut Manifest, records: u64) -> Result<(), WriteError> {
+        let next = manifest.promising(records);
         self.replace(manifest, next)
     }
 
@@ -258,7 +258,7 @@ fn create_manifest(directory: &Path) -> Result<Manifest, OpenError> {
     {
         return Err(OpenError::NotAStore { directory: directory.to_owned() });
     }
-    let manifest = Manifest::new(0, BTreeMap::new());
+    let manifest = Manifest::new(0, BTreeMap::new(), BTreeMap::new());
     manifest
         .write(directory)
         .map_err(|source| OpenError::io("write", Wanted::Write, &path, source))?;

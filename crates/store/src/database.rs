@@ -38,6 +38,14 @@ pub(crate) enum Fault {
 }
 
 impl Fault {
+    /// Returns the fault with the words that it befell the opening, if it is damage.
+    pub(crate) fn of_opening(self) -> Self {
+        match self.is_damage() {
+            true => Fault::Damaged(format!("the database of records cannot be opened: {self}")),
+            false => self,
+        }
+    }
+
     /// Returns true if the fault is about the bytes on the disk. Every other fault may be gone at
     /// the next attempt.
     pub(crate) fn is_damage(&self) -> bool {
@@ -298,6 +306,25 @@ impl Database {
                 entry(&key, &value);
             }
             Ok(())
+        })
+    }
+
+    /// Visits the entries from a key on, or all, in the order of the keys until the visitor returns
+    /// false, and returns the key of the next one that there is.
+    pub(crate) fn visit_from(
+        &self,
+        first: Option<&[u8]>,
+        mut entry: impl FnMut(&[u8], &[u8]) -> bool,
+    ) -> Result<Option<Vec<u8>>, Fault> {
+        self.fenced(|sled| {
+            let mut entries = sled.range(first.unwrap_or_default()..);
+            while let Some(item) = entries.next() {
+                let (key, value) = item?;
+                if !entry(&key, &value) {
+                    return Ok(entries.next().transpose()?.map(|(key, _)| key.to_vec()));
+                }
+            }
+            Ok(None)
         })
     }
 

@@ -11,6 +11,7 @@ use crate::database::{Fault, LOG, RECORDS};
 use crate::digest::Digest;
 use crate::frame::EXPORT_FORMAT;
 use crate::manifest::FORMAT;
+use crate::record::Unsealable;
 use crate::volume::{self, Space};
 
 /// The reason why a store cannot be opened.
@@ -366,6 +367,18 @@ impl OpenError {
         match access::refusal(&path, wanted, &source) {
             Some(why) => OpenError::Refused { action, path, why },
             None => OpenError::Io { action, path, source },
+        }
+    }
+}
+
+impl Unsealable {
+    /// Returns the error about the record of a job that does not open.
+    pub(crate) fn of_job(self, key: &JobKey) -> ReadError {
+        match self {
+            Unsealable::Version(found) => ReadError::Version { key: *key, found },
+            Unsealable::Corrupt(reason) => {
+                ReadError::Corrupt { key: *key, reason: reason.to_owned() }
+            }
         }
     }
 }

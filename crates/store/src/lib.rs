@@ -3,7 +3,7 @@
 //! A store is a directory with these entries:
 //!
 //! - `manifest.json`: the format version, the least number of records, and the names of the studies
-//!   with the digests of their definitions.
+//!   with the digests of their definitions and the words that people have put to them.
 //! - `records/`: the sled database, from the key of a job to its sealed record of at most
 //!   [`STORED_LIMIT`](identity::STORED_LIMIT) bytes.
 //! - `blobs/ab/…`: fields, height maps and definitions of studies, as zstd files that are named by
@@ -47,6 +47,7 @@
 
 mod access;
 mod blob;
+mod collection;
 mod connection;
 mod core;
 mod database;
@@ -55,11 +56,13 @@ mod durable;
 mod error;
 mod export;
 mod exports;
+mod flat;
 mod frame;
 mod lock;
 mod manifest;
 mod mark;
 mod merge;
+mod paged;
 mod parts;
 mod reader;
 mod record;
@@ -69,16 +72,19 @@ mod salvage;
 mod scratch;
 mod sealed;
 mod serve;
+mod sorted;
 mod store;
 mod verify;
 mod volume;
 mod wire;
 
-pub use blob::Blobs;
+pub use blob::{Blobs, StoredBlob};
+pub use collection::{CollectError, Collection, Garbage};
 pub use digest::{Digest, ParseDigestError};
 pub use error::{OpenError, ReadError, WriteError};
 pub use export::{ExportError, ExportWriter};
 pub use exports::{ExportHeader, ExportSummary, SHARD_LIMIT, ShardName, ShardState};
+pub use manifest::StudyLabels;
 pub use merge::{
     MergeError, MergeReport, MergeSelection, RecordConflict, merge_into_export, require_mergeable,
 };

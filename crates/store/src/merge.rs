@@ -14,7 +14,6 @@ mod decision;
 mod losses;
 mod report;
 mod shards;
-mod sorted;
 mod source;
 mod studies;
 mod target;

@@ -16,7 +16,7 @@ use crate::digest::Digest;
 use crate::error::{Answer, OpenError, ReadError};
 use crate::exports::{ExportSet, ExportSummary, ShardState, exports_at};
 use crate::lock::{self, Holder};
-use crate::manifest::{self, Manifest, Unreadable};
+use crate::manifest::{self, Manifest, StudyLabels, Unreadable};
 use crate::mark::FileMark;
 use crate::parts;
 use crate::replica::Replica;
@@ -287,7 +287,7 @@ impl StoreReader {
     /// open answers nor the store can be read from disk.
     pub fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
         self.answered(|source| match source {
-            Backing::Disk { replica, .. } => Ok(replica.records.keys()),
+            Backing::Disk { replica, .. } => replica.records.keys(),
             Backing::Exports(exports) => exports.keys(),
             Backing::Process(connection) => {
                 let mut keys: Vec<JobKey> = Vec::new();
@@ -314,7 +314,7 @@ impl StoreReader {
         self.answered(|source| {
             let connection = match source {
                 Backing::Disk { replica, .. } => {
-                    return Ok(keys.iter().map(|key| replica.records.contains(key)).collect());
+                    return keys.iter().map(|key| replica.records.contains(key)).collect();
                 }
                 Backing::Exports(exports) => return exports.contains(keys),
                 Backing::Process(connection) => connection,
@@ -391,7 +391,9 @@ impl StoreReader {
     fn first(&self, keys: &[JobKey]) -> Result<Vec<Answer>, ReadError> {
         self.answered(|source| {
             let connection = match source {
-                Backing::Disk { replica, .. } => return Ok(first_records(&replica.records, keys)),
+                Backing::Disk { replica, .. } => {
+                    return Ok(first_records(keys, |key| replica.records.get(key)));
+                }
                 Backing::Exports(exports) => return exports.first(keys, EXPORTS_AT_ONCE),
                 Backing::Process(connection) => connection,
             };
@@ -461,8 +463,22 @@ impl StoreReader {
         Ok(self.studies()?.into_keys().collect())
     }
 
+    /// Returns the labels of every study that has some. Exports keep none.
+    ///
+    /// # Errors
+    /// [`ReadError::Manifest`] or [`ReadError::Io`] if the manifest cannot be read.
+    pub fn labels(&self) -> Result<BTreeMap<String, StudyLabels>, ReadError> {
+        match self.export_set() {
+            Some(_) => Ok(BTreeMap::new()),
+            None => Ok(self.manifest()?.labels),
+        }
+    }
+
     /// Returns the names of all studies with the blobs that hold their definitions.
-    pub(crate) fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
+    ///
+    /// # Errors
+    /// Those of [`StoreReader::study_names`].
+    pub fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
         match self.export_set() {
             Some(exports) => exports.studies(|digest| self.blobs.get(digest).ok().flatten()),
             None => Ok(self.manifest()?.studies),

@@ -17,10 +17,10 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use crate::access::{self, Wanted};
 use crate::core::{read_manifest, require_log, require_promised};
 use crate::database::{self, Fault, LARGE, RECORDS};
-use crate::error::{OpenError, ReadError};
+use crate::error::OpenError;
+use crate::flat::FlatRecords;
 use crate::manifest::Manifest;
 use crate::scratch::{ScratchDirectory, ScratchError};
-use crate::sealed::SealedRecords;
 
 /// The age from which on a file is known to have changed if it changes again: the clock of a file
 /// system moves in steps of a few milliseconds.
@@ -32,11 +32,10 @@ const QUIET_PATIENCE: Duration = Duration::from_secs(1);
 /// The time after which a store counts as unreadable that is written to all the time.
 const PATIENCE: Duration = Duration::from_secs(8);
 
-/// The records of a store in a private copy, which is removed when it is dropped.
+/// The records of a store in a private copy, which nobody finds and which is gone when it is
+/// dropped.
 pub(crate) struct Replica {
-    // The database is closed before its files are removed.
-    pub(crate) records: SealedRecords,
-    _scratch: Option<ScratchDirectory>,
+    pub(crate) records: FlatRecords,
     /// The marks that the store had while it was copied, if nothing changed meanwhile.
     traces: Option<Traces>,
 }
@@ -69,11 +68,8 @@ impl Replica {
                 Ok(replica) => {
                     // A record of another version is sound; one that was damaged before stays so,
                     // and is not waited for for ever.
-                    let is_sound = |record: &Result<Vec<u8>, ReadError>| {
-                        matches!(record, Ok(_) | Err(ReadError::Version { .. }))
-                    };
                     let is_late = start.elapsed() > PATIENCE;
-                    if is_late || replica.records.records().all(|(_, record)| is_sound(&record)) {
+                    if is_late || replica.records.is_sound() {
                         candidate = Some(replica);
                     }
                     "it changed meanwhile".to_owned()
@@ -111,15 +107,16 @@ impl Replica {
     /// Returns the records of a store that has none.
     fn empty(directory: &Path) -> Result<Self, OpenError> {
         let scratch = ScratchDirectory::new(0).map_err(|error| no_room(directory, error))?;
-        let records = SealedRecords::open(scratch.path())
+        let records = FlatRecords::of(scratch.path(), scratch.path())
             .map_err(|fault| not_opened(scratch.path(), fault))?;
-        Ok(Replica { records, _scratch: Some(scratch), traces: None })
+        Ok(Replica { records, traces: None })
     }
 
     fn copy(directory: &Path, manifest: &Manifest, traces: &Traces) -> Result<Self, CopyError> {
         require_log(directory, manifest).map_err(CopyError::of_store)?;
         let from = directory.join(RECORDS);
-        let scratch = ScratchDirectory::new(traces.bytes())
+        // The records are copied twice: as the files of the database, and from it.
+        let scratch = ScratchDirectory::new(traces.bytes().saturating_mul(2))
             .map_err(|error| CopyError::Impossible(no_room(directory, error)))?;
         fs::create_dir(scratch.path().join(LARGE))
             .map_err(|source| CopyError::of_copy(scratch.path(), source))?;
@@ -127,17 +124,13 @@ impl Replica {
         for Trace { name, .. } in &traces.files {
             copy_file(&from.join(name), &scratch.path().join(name))?;
         }
-        let records = SealedRecords::open(scratch.path()).map_err(|fault| match fault {
-            Fault::Damaged(what) => CopyError::Damaged(what),
-            fault => CopyError::Impossible(not_opened(scratch.path(), fault)),
-        })?;
-        require_promised(directory, manifest, records.index().len() as u64)
-            .map_err(CopyError::of_store)?;
-        // The database has its log open. Without other files it needs no names any more, and so
-        // even a kill leaves nothing behind.
-        let large = fs::read_dir(scratch.path().join(LARGE)).map(Iterator::count);
-        let scratch = if large.is_ok_and(|count| count == 0) { None } else { Some(scratch) };
-        Ok(Replica { records, _scratch: scratch, traces: None })
+        let records =
+            FlatRecords::of(scratch.path(), scratch.path()).map_err(|fault| match fault {
+                Fault::Damaged(what) => CopyError::Damaged(what),
+                fault => CopyError::Impossible(not_opened(scratch.path(), fault)),
+            })?;
+        require_promised(directory, manifest, records.len() as u64).map_err(CopyError::of_store)?;
+        Ok(Replica { records, traces: None })
     }
 }
 

@@ -47,13 +47,15 @@ pub(crate) fn salvage(
         let path = path.to_owned();
         move |source| OpenError::io(action, Wanted::Write, &path, source)
     };
-    let (promised, studies) = match Manifest::read(directory) {
-        Ok(manifest) => (Some(manifest.records), manifest.studies),
+    let (promised, studies, labels) = match Manifest::read(directory) {
+        Ok(manifest) => (Some(manifest.records), manifest.studies, manifest.labels),
         Err(Unreadable::Format(found)) => {
             return Err(OpenError::Format { directory: directory.to_owned(), found });
         }
         Err(Unreadable::Io(source)) => return Err(io("read", &directory.join(FILE))(source)),
-        Err(Unreadable::Absent | Unreadable::Damaged(_)) => (None, BTreeMap::new()),
+        Err(Unreadable::Absent | Unreadable::Damaged(_)) => {
+            (None, BTreeMap::new(), BTreeMap::new())
+        }
     };
     let (records, salvaged) = (directory.join(RECORDS), directory.join(SALVAGED));
     if !durable::is_present(&records) && durable::is_real_directory(&salvaged) {
@@ -98,7 +100,7 @@ pub(crate) fn salvage(
             lost.push(name);
         }
     }
-    let manifest = Manifest::new(sound.len() as u64, kept);
+    let manifest = Manifest::new(sound.len() as u64, kept, labels);
     manifest.write(directory).map_err(io("write", &directory.join(FILE)))?;
     let damaged = if durable::is_present(&records) {
         durable::put_aside(&records).map_err(io("put aside", &records))?

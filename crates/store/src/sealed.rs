@@ -8,7 +8,7 @@ use identity::JobKey;
 
 use crate::database::{Database, Fault};
 use crate::error::ReadError;
-use crate::record::{self, Unsealable};
+use crate::record;
 
 /// The records of an open database.
 pub(crate) struct SealedRecords {
@@ -21,10 +21,7 @@ pub(crate) struct SealedRecords {
 impl SealedRecords {
     /// Opens the database in `directory` and creates it if it is absent.
     pub(crate) fn open(directory: &Path) -> Result<Self, Fault> {
-        let database = Database::open(directory).map_err(|fault| match fault.is_damage() {
-            true => Fault::Damaged(format!("the database of records cannot be opened: {fault}")),
-            false => fault,
-        })?;
+        let database = Database::open(directory).map_err(Fault::of_opening)?;
         let index = read_index(&database).map_err(Fault::Damaged)?;
         Ok(SealedRecords { database, index: RwLock::new(index) })
     }
@@ -61,13 +58,8 @@ impl SealedRecords {
                 reason: "the database has lost it".to_owned(),
             });
         };
-        match record::unseal(key, &sealed) {
-            Ok(payload) => Ok(Some(payload.to_vec())),
-            Err(Unsealable::Version(found)) => Err(ReadError::Version { key: *key, found }),
-            Err(Unsealable::Corrupt(reason)) => {
-                Err(ReadError::Corrupt { key: *key, reason: reason.to_owned() })
-            }
-        }
+        let payload = record::unseal(key, &sealed).map_err(|reason| reason.of_job(key))?;
+        Ok(Some(payload.to_vec()))
     }
 
     pub(crate) fn records(&self) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {

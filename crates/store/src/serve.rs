@@ -15,7 +15,6 @@ use identity::JobKey;
 use crate::core::Core;
 use crate::error::Answer;
 use crate::lock::admitted;
-use crate::sealed::SealedRecords;
 use crate::wire::{
     ANSWER_OVERHEAD, Fetched, RESPONSE_LIMIT, ReadRequest, ReadResponse, receive, send,
 };
@@ -23,13 +22,13 @@ use crate::wire::{
 /// Returns the answers for the first of `keys`, in their order. There is at least one, and no more
 /// are added once they have [`RESPONSE_LIMIT`] bytes.
 pub(crate) fn first_records<'a>(
-    held: &SealedRecords,
     keys: impl IntoIterator<Item = &'a JobKey>,
+    get: impl Fn(&JobKey) -> Answer,
 ) -> Vec<Answer> {
     let mut records = Vec::new();
     let mut bytes = 0;
     for key in keys {
-        let record = held.get(key);
+        let record = get(key);
         bytes +=
             record.as_ref().ok().and_then(Option::as_ref).map_or(0, Vec::len) + ANSWER_OVERHEAD;
         records.push(record);
@@ -146,7 +145,10 @@ fn answer(stream: UnixStream, core: &Core) {
             ReadRequest::Get(keys) => {
                 let keys: Vec<_> = keys.into_iter().map(JobKey).collect();
                 ReadResponse::Get(
-                    first_records(&core.records, &keys).into_iter().map(Fetched::from).collect(),
+                    first_records(&keys, |key| core.records.get(key))
+                        .into_iter()
+                        .map(Fetched::from)
+                        .collect(),
                 )
             }
         };

@@ -1,6 +1,6 @@
 //! This file holds the store as one process has it open for writing.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -14,7 +14,9 @@ use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
 use crate::exports;
-use crate::lock::{self, Holder};
+use crate::lock::{self, Holder, Lock};
+use crate::manifest::{Manifest, StudyLabels};
+use crate::parts;
 use crate::reader::{StoreReader, is_there};
 use crate::rules::MergeRules;
 use crate::salvage::{Salvage, salvage};
@@ -235,8 +237,59 @@ impl Store {
         self.core.manifest().studies.keys().cloned().collect()
     }
 
+    /// Removes studies from the list, with their labels, and returns how many there were. Their
+    /// definitions and the results of their jobs stay until they are [collected](Store::collect).
+    ///
+    /// # Errors
+    /// [`WriteError`] if the manifest or the list of shards cannot be written.
+    pub fn remove_studies(&self, names: &BTreeSet<String>) -> Result<usize, WriteError> {
+        let mut manifest = self.core.manifest();
+        let mut studies = manifest.studies.clone();
+        studies.retain(|name, _| !names.contains(name));
+        let removed = manifest.studies.len() - studies.len();
+        if removed == 0 {
+            return Ok(0);
+        }
+        let next = Manifest::new(manifest.records, studies, manifest.labels.clone());
+        self.core.replace(&mut manifest, next)?;
+        let mut shards = parts::read(&self.core.directory);
+        shards.retain(|state| !names.contains(&state.shard.study));
+        parts::write(&self.core.directory, &shards).map_err(|source| {
+            WriteError::io("write", &self.core.directory.join(parts::FILE), source)
+        })?;
+        Ok(removed)
+    }
+
+    /// Returns the labels of a study, which are none if there is no such study.
+    pub fn labels(&self, name: &str) -> StudyLabels {
+        self.core.manifest().labels.get(name).cloned().unwrap_or_default()
+    }
+
+    /// Replaces the labels of a study. Those of one that is not there are not kept.
+    ///
+    /// # Errors
+    /// [`WriteError`] if the manifest cannot be written.
+    pub fn set_labels(&self, name: &str, labels: StudyLabels) -> Result<(), WriteError> {
+        let mut manifest = self.core.manifest();
+        let mut all = manifest.labels.clone();
+        all.insert(name.to_owned(), labels);
+        let next = Manifest::new(manifest.records, manifest.studies.clone(), all);
+        if next.labels == manifest.labels {
+            return Ok(());
+        }
+        self.core.replace(&mut manifest, next)
+    }
+
     pub(crate) fn core(&self) -> &Core {
         &self.core
+    }
+
+    /// Closes the database and lets go of the readers, and returns the lock, which is still held.
+    pub(crate) fn into_lock(self) -> Arc<Lock> {
+        let Store { _server: server, core } = self;
+        // Its threads use the core.
+        drop(server);
+        core.lock.clone()
     }
 }
 
@@ -255,7 +308,7 @@ mod tests {
             store.commit(&[(*key, vec![key.0[0]; RESPONSE_LIMIT / 8])]).unwrap();
         }
         let lengths = |keys: &[JobKey]| -> Vec<_> {
-            first_records(&store.core().records, keys)
+            first_records(keys, |key| store.get(key))
                 .into_iter()
                 .map(|record| record.unwrap().map(|record| record.len()))
                 .collect()

@@ -60,9 +60,8 @@ pub(crate) fn with_article(word: &str) -> String {
 
 /// Returns whether a key belongs to the shape of the punch.
 fn is_of_shape(key: Key) -> bool {
-    let punch = Table::find("punch").is_some_and(|punch| key.is_under(&punch));
-    let material = Table::find("punch.material").is_some_and(|material| key.is_under(&material));
-    punch && !material && key != Key::Shape
+    let of_punch = key.pattern().strip_prefix("scene.punch.");
+    of_punch.is_some_and(|rest| !rest.starts_with("material.")) && key != Key::Shape
 }
 
 /// Assembles scenes and numerics from a sheet, and notes what is missing or out of place.
@@ -477,10 +476,9 @@ impl<'a> Assembler<'a> {
         };
         let is_foreign = |key: Key| !has(key) || is_map && HEIGHT_MAP.contains(&key);
         for key in Key::ALL {
-            let Some(given) = self.sheet.get(*key) else { continue };
-            if !is_of_shape(*key) || !is_foreign(*key) {
-                continue;
-            }
+            // Few keys are those of a shape, and to look for one takes longer than to see that.
+            let given = is_of_shape(*key).then(|| self.sheet.get(*key)).flatten();
+            let Some(given) = given.filter(|_| is_foreign(*key)) else { continue };
             let span = given.span.clone();
             let mistake = match key {
                 Key::Surface if is_map => match self.sheet.get(Key::File) {

@@ -342,6 +342,26 @@ pub(crate) fn steps(groups: &[Group], mut point: usize) -> Vec<usize> {
     steps
 }
 
+/// Returns the level of a step among `length` of them: 0 for both ends, 1 for the middle, and one
+/// more for each halving that leads to it. The steps up to any level are a coarse grid.
+fn level(step: usize, length: usize) -> u32 {
+    let last = length.saturating_sub(1).max(1) as u128;
+    let is_on = |level: &u32| {
+        let parts = 1u128 << level;
+        let part = (step as u128 * parts).div_ceil(last);
+        step as u128 == part * last / parts
+    };
+    (0..u64::BITS).find(is_on).unwrap_or(u64::BITS)
+}
+
+/// Returns the level of a point: that of its finest step along an axis of numbers. The points up to
+/// any level are a coarse grid of all axes.
+pub(crate) fn point_level(groups: &[Group], steps: &[usize]) -> u32 {
+    let is_ordered = |group: &Group| group.axes.iter().any(SweepAxis::is_numeric);
+    let steps = groups.iter().zip(steps).filter(|(group, _)| is_ordered(group));
+    steps.map(|(group, step)| level(*step, group.length)).max().unwrap_or(0)
+}
+
 /// Returns every key that a base or an axis gives; some are returned more than once.
 pub(crate) fn keys<'a>(
     base: &'a [(Key, Given)],
@@ -351,4 +371,29 @@ pub(crate) fn keys<'a>(
     let drawn = axes().filter(|axis| axis.distribution.is_some()).filter_map(SweepAxis::key);
     let choices = axes().flat_map(|axis| &axis.choices);
     base.iter().chain(choices.flat_map(|choice| &choice.given)).map(|(key, _)| *key).chain(drawn)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_coarse_grids() {
+        let levels =
+            |length: usize| (0..length).map(|step| level(step, length)).collect::<Vec<_>>();
+        assert_eq!(levels(1), [0]);
+        assert_eq!(levels(2), [0, 0]);
+        assert_eq!(levels(3), [0, 1, 0]);
+        assert_eq!(levels(9), [0, 3, 2, 3, 1, 3, 2, 3, 0]);
+        for length in [5, 16, 40, 100, 1001] {
+            let levels = levels(length);
+            for level in 0..=12 {
+                let grid: Vec<usize> = (0..length).filter(|step| levels[*step] <= level).collect();
+                assert_eq!(grid.len(), length.min((1 << level) + 1), "{length}, {level}");
+                let gaps = grid.windows(2).map(|pair| pair[1] - pair[0]);
+                let gaps: Vec<usize> = gaps.collect();
+                assert!(gaps.iter().max().unwrap() - gaps.iter().min().unwrap() <= 1);
+            }
+        }
+    }
 }

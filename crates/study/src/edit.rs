@@ -167,7 +167,10 @@ pub fn with_cost_ladder(
         return Err(EditError::Unpriced { path: path.to_owned(), kind: study.kind().name() });
     }
     let mut document = parse(text, path, files)?;
-    for table in ["figure", "refine", "bisect", "kind"].into_iter().chain(Kind::table_names()) {
+    for table in ["figure", "refine", "bisect", "find", "fill", "kind"]
+        .into_iter()
+        .chain(Kind::table_names())
+    {
         document.remove(table);
     }
     if document.remove("accuracy").is_some() {

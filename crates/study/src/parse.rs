@@ -24,7 +24,7 @@ use crate::{accuracy, sample, sweep};
 /// The names at the top of a study before those of the tables of kinds.
 const KEYS: &[&str] = &[
     "name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "sample",
-    "refine", "bisect",
+    "refine", "bisect", "find", "fill",
 ];
 
 /// Returns the names that may stand at the top of a study.
@@ -274,7 +274,11 @@ fn parse(
     study.check()?;
     study.suggestions = match &figures {
         Some(_) => Vec::new(),
-        None => kind.suggestions(&study.kind_table, &study.groups, &study.samples()),
+        None => {
+            let of_rule = study.adaptive.as_ref().and_then(|rule| rule.figure(&study.groups));
+            let of_kind = kind.suggestions(&study.kind_table, &study.groups, &study.samples());
+            of_rule.into_iter().chain(of_kind).collect()
+        }
     };
     study.figures =
         figures.unwrap_or_else(|| study.suggestions.first().cloned().into_iter().collect());

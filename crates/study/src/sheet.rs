@@ -4,6 +4,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
 use contact::model::{Effect, Mesh};
 
@@ -68,7 +69,34 @@ pub(crate) struct Given {
 /// The value that was given for each key: one that stands in the file is borrowed from the base or
 /// an axis, and one that was computed for the point belongs to its sheet.
 #[derive(Clone, Default)]
-pub(crate) struct Sheet<'a>(HashMap<Key, Cow<'a, Given>>);
+pub(crate) struct Sheet<'a>(HashMap<Key, Cow<'a, Given>, BuildHasherDefault<KeyHasher>>);
+
+/// A hasher of keys, which are small numbers that no one chooses: the multiplication of Fx. A sheet
+/// is filled for every point, and hashing was a third of what a point took.
+#[derive(Clone, Default)]
+struct KeyHasher(u64);
+
+impl Hasher for KeyHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.write_u64(u64::from(*byte)));
+    }
+
+    fn write_u32(&mut self, number: u32) {
+        self.write_u64(u64::from(number));
+    }
+
+    fn write_isize(&mut self, number: isize) {
+        self.write_u64(number as u64);
+    }
+
+    fn write_u64(&mut self, number: u64) {
+        self.0 = (self.0.rotate_left(5) ^ number).wrapping_mul(0x517c_c1b7_2722_0a95);
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
 
 /// The surfaces that were read from files.
 #[derive(Clone, Debug, Default)]

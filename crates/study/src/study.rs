@@ -223,12 +223,17 @@ impl Study {
         self.point_with(index, if is_given { &settings[..1] } else { &settings }, |_| {})
     }
 
-    /// Returns the `index`-th point with another value of the axis with index `axis`, which must be
-    /// an axis of numbers; `None` if that is no job.
-    pub fn point_at(&self, index: usize, axis: usize, value: f64) -> Option<StudyPoint> {
-        let key = self.axes().nth(axis)?.key()?;
-        self.point_with(index, &[(key, Setting::Number(value))], |values| {
-            values.get_mut(axis).into_iter().for_each(|shown| *shown = Value::Number(value));
+    /// Returns the `index`-th point with other values of some axes, each given by its index, which
+    /// must be axes of numbers; `None` if that is no job.
+    pub fn point_at(&self, index: usize, values: &[(usize, f64)]) -> Option<StudyPoint> {
+        let setting = |(axis, value): &(usize, f64)| {
+            Some((self.axes().nth(*axis)?.key()?, Setting::Number(*value)))
+        };
+        let settings: Vec<(Key, Setting)> = values.iter().map(setting).collect::<Option<_>>()?;
+        self.point_with(index, &settings, |shown| {
+            for (axis, value) in values {
+                shown.get_mut(*axis).into_iter().for_each(|cell| *cell = Value::Number(*value));
+            }
         })
     }
 
@@ -370,6 +375,12 @@ impl Study {
         }
     }
 
+    /// Returns the level of the `index`-th point: the points up to any level are a coarse grid of
+    /// the axes, so a run that takes low levels first has answers early.
+    pub fn level(&self, index: usize) -> u32 {
+        axis::point_level(&self.groups, &axis::steps(&self.groups, index))
+    }
+
     /// Refuses a part of the study that has more points than one run takes.
     ///
     /// # Errors
@@ -449,9 +460,8 @@ impl Study {
         };
         let is_ladder = || self.ladder().is_some_and(|ladder| ladder.group == group);
         match &self.adaptive {
-            Some(Adaptive::Bisect { axis, .. }) => has_axis(*axis),
             Some(Adaptive::Accuracy(_)) => is_rung(&self.groups[group]),
-            Some(Adaptive::Refine { .. }) => false,
+            Some(rule) => rule.axes().iter().any(|axis| has_axis(*axis)),
             None if self.kind == Kind::Cost => is_rung(&self.groups[group]),
             None => is_ladder(),
         }

@@ -7,6 +7,7 @@ use answers::{AnswerTable, Progress, Results};
 use anyhow::Result;
 use contact::punch::Surfaces;
 use report::{Cell, DataTable, PageBlock, PageSection, TableColumn, TableError, quantity_words};
+use store::StudyLabels;
 use study::columns::Role;
 use study::job::PHYSICS_VERSION;
 use study::provenance::median;
@@ -16,6 +17,7 @@ use super::provenance;
 use super::rows::JobRows;
 use crate::effect_text::effect_table;
 use crate::job_list::JobList;
+use crate::labels::tag_words;
 use crate::one_result::UsedFiles;
 use crate::words::{count, duration};
 
@@ -63,6 +65,13 @@ pub(super) fn before(
         blocks.push(PageBlock::Command(command));
     }
     Ok(vec![PageSection { id: "answer", title: "Answer", blocks }])
+}
+
+/// Returns the tags and the remark that people have put to the study.
+pub(super) fn labels(labels: &StudyLabels) -> Vec<PageBlock> {
+    let tags = (!labels.tags.is_empty()).then(|| format!("Tags: {}.", tag_words(labels)));
+    let note = labels.note.as_ref().map(|note| format!("Note: {note}"));
+    tags.into_iter().chain(note).map(PageBlock::Words).collect()
 }
 
 /// Returns what a study says beyond its rows.

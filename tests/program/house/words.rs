@@ -12,13 +12,13 @@ const HALVES: [&str; 11] =
     ["What", "Of", "Whoever", "Who", "How", "Where", "Whether", "Whose", "From", "By", "As"];
 
 /// Command lines have help texts, which clap prints without a full stop.
-const HELP_TEXTS: &str = "src/cli.rs";
+const HELP_TEXTS: [&str; 2] = ["src/cli.rs", "src/cli/"];
 
 #[test]
 fn documentation_is_written_in_sentences() {
     let mut findings = Vec::new();
     each_module(|module| {
-        if module.file != HELP_TEXTS {
+        if !HELP_TEXTS.iter().any(|place| module.file.starts_with(place)) {
             let mut sentences = Sentences { lines: Vec::new() };
             sentences.visit_file(&module.syntax);
             for comment in sentences.comments() {

@@ -6,7 +6,7 @@ use std::os::unix::process::ExitStatusExt;
 use std::thread::sleep;
 use std::time::Duration;
 
-use super::{MarkedPlace, Results, Running, keys};
+use super::place::{MarkedPlace, Results, Running, keys};
 
 const UNIQUENESS: &str = r#"
 name = "kinds"
@@ -37,6 +37,35 @@ mesh = 8
 [sweep]
 mesh = [8, 16, 24, 32, 48, 64]
 projection = ["average", "midpoint"]
+"#;
+
+/// The curves of a sphere that is pressed and shifted, for the rules that add points to them.
+const CURVES: &str = r#"
+name = "kinds"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+loading.steps = [{ approach = "1 um" }, { shift_x = "0.2 um" }]
+[numerics]
+mesh = 24
+[sweep]
+friction.mu = [0.05, 0.3, 0.8]
+"loading.steps[1].shift_x" = ["0.2 um", "0.3 um"]
+"#;
+
+const FIND: &str = r#"
+[find]
+axis = "friction.mu"
+column = "force_x"
+value = "5 N"
+to = "0.1%"
+"#;
+
+const FILL: &str = r#"
+[fill]
+axis = "friction.mu"
+column = "stick_fraction"
+at_most = 6
 "#;
 
 const SENSITIVITY: &str = r#"
@@ -162,6 +191,16 @@ fn searches_for_solutions_survive() {
 #[test]
 fn measured_convergence_survives() {
     survives(CONVERGENCE, 12);
+}
+
+#[test]
+fn searches_for_roots_survive() {
+    survives(&format!("{CURVES}{FIND}"), 16);
+}
+
+#[test]
+fn filled_curves_survive() {
+    survives(&format!("{CURVES}{FILL}"), 18);
 }
 
 #[test]

@@ -3,10 +3,20 @@
 //!
 //! Tests that need rights that only root has skip themselves elsewhere.
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
+use std::fs::{self, File};
 use std::os::unix::ffi::OsStringExt;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
 
-use super::*;
+use rustix::process::{Pid, Signal};
+
+use super::JOBS;
+use super::place::{MARK, MarkedPlace, Running, belongings};
+use crate::place::PROGRAM;
 
 /// A study of four jobs whose results are too large for a message.
 const LARGE: &str = r#"
@@ -34,7 +44,7 @@ fn shell(place: &MarkedPlace, line: &str) -> Ended {
     let output = Command::new("sh")
         .args(["-c", line])
         .current_dir(place.directory.path())
-        .env("T", env!("CARGO_BIN_EXE_tribosweep"))
+        .env("T", PROGRAM)
         .env("TRIBOSWEEP_STORE", place.store())
         .env(MARK, place.directory.path())
         .stdin(Stdio::null())
@@ -109,7 +119,7 @@ fn few_threads_end_in_words() {
     let place = MarkedPlace::with(&LARGE.replace("96", "16"));
     let user = 200_000 + std::process::id();
     let program = place.path("tribosweep");
-    fs::copy(env!("CARGO_BIN_EXE_tribosweep"), &program).unwrap();
+    fs::copy(PROGRAM, &program).unwrap();
     std::os::unix::fs::chown(place.directory.path(), Some(user), Some(user)).unwrap();
     let cores = std::thread::available_parallelism().unwrap().get();
     // Not every shell has `ulimit -u`.
@@ -191,7 +201,7 @@ fn directories_for_temporary_files_do_not_matter() {
     for (number, temporary) in [odd, long.into(), "".into(), "/dev/null".into()].iter().enumerate()
     {
         let store = place.path(&format!("store-{number}"));
-        let output = Command::new(env!("CARGO_BIN_EXE_tribosweep"))
+        let output = Command::new(PROGRAM)
             .args(["run", "study.toml", "--store"])
             .arg(&store)
             .current_dir(place.directory.path())
@@ -211,7 +221,7 @@ fn a_store_with_any_name_can_be_run_in() {
     let mut store = place.path("deep").join("z".repeat(150)).join("z".repeat(150));
     fs::create_dir_all(&store).unwrap();
     store.push(name);
-    let output = Command::new(env!("CARGO_BIN_EXE_tribosweep"))
+    let output = Command::new(PROGRAM)
         .args(["run", "study.toml", "--store"])
         .arg(&store)
         .current_dir(place.directory.path())
@@ -231,7 +241,7 @@ fn a_signal_that_is_ignored_at_the_start_stays_ignored() {
         let store = place.store();
         let mut child = Command::new("sh")
             .args(["-c", &format!("trap '' {name}; exec \"$0\" run study.toml --store \"$1\"")])
-            .arg(env!("CARGO_BIN_EXE_tribosweep"))
+            .arg(PROGRAM)
             .arg(&store)
             .current_dir(place.directory.path())
             .env(MARK, place.directory.path())
@@ -255,7 +265,7 @@ fn ends_at_the_third(signal: Signal, pause: Duration, code: i32) {
     let place = MarkedPlace::with(LARGE);
     let (_reader, mut writer) = std::io::pipe().unwrap();
     std::io::Write::write_all(&mut writer, &[0; 64 << 10]).unwrap();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_tribosweep"))
+    let mut child = Command::new(PROGRAM)
         .args(["run", "study.toml", "--store"])
         .arg(place.store())
         .current_dir(place.directory.path())
@@ -317,7 +327,7 @@ fn a_run_in_another_container_is_left_alone_and_cleaned_up_after() {
     let (place, other) = (MarkedPlace::with(&LARGE.replace("96", "192")), MarkedPlace::with(LARGE));
     let mut container = Command::new("unshare")
         .args(["--pid", "--fork", "--kill-child", "--mount-proc"])
-        .args([env!("CARGO_BIN_EXE_tribosweep"), "run", "study.toml", "--store"])
+        .args([PROGRAM, "run", "study.toml", "--store"])
         .arg(place.store())
         .current_dir(place.directory.path())
         .env(MARK, place.directory.path())
@@ -369,7 +379,7 @@ fn a_run_whose_directory_is_removed_goes_on() {
 fn a_run_whose_program_is_replaced_starts_workers_of_its_own() {
     let place = MarkedPlace::new();
     let program = place.path("tribosweep");
-    fs::copy(env!("CARGO_BIN_EXE_tribosweep"), &program).unwrap();
+    fs::copy(PROGRAM, &program).unwrap();
     let mut running =
         place.start_program(&program, &["run", "study.toml", "--workers", "2", "--json"]);
     while !running.has_ended() && (running.workers().is_empty() || place.records().is_empty()) {

@@ -1,9 +1,9 @@
 //! Halves the intervals of an axis in which a condition begins or ceases to hold.
 
-use study::axis::{Group, SweepAxis};
-use study::{Column, Study, StudyPoint, Value};
+use study::{Column, Study, StudyPoint};
 
 use super::found::{Discovery, Finding, PointChoice};
+use super::line::AxisLines;
 use crate::error::AnswerError;
 use crate::place::StudyPlace;
 use crate::records::RecordMap;
@@ -14,16 +14,12 @@ pub(super) struct Bisection<'a> {
     study: &'a Study,
     records: &'a RecordMap,
     columns: Vec<Column>,
-    /// The axis that is halved, and its index.
-    axis: &'a SweepAxis,
-    axis_index: usize,
+    /// The lines along the axis that is halved.
+    lines: AxisLines<'a>,
     /// The condition.
     on: &'a str,
     /// The length of an interval that is short enough, relative to its upper end.
     to: f64,
-    /// The number of points along the axis, and the distance of their indices.
-    length: usize,
-    stride: usize,
 }
 
 /// The points of one line along the axis, and whether the condition holds at each, if that is
@@ -38,39 +34,28 @@ impl<'a> Bisection<'a> {
     pub(super) fn new(
         study: &'a Study,
         records: &'a RecordMap,
-        axis_index: usize,
+        axis: usize,
         on: &'a str,
         to: f64,
     ) -> Result<Self, AnswerError> {
-        let axis = study
-            .axes()
-            .nth(axis_index)
-            .ok_or(AnswerError::Inconsistent("the axis of [bisect] is gone"))?;
-        let groups = study.groups();
-        let group = groups.iter().position(|group| group.axes().contains(axis)).unwrap_or(0);
-        let (length, stride) =
-            (groups[group].len(), groups[group + 1..].iter().map(Group::len).product());
-        let columns = study.columns();
-        Ok(Self { study, records, columns, axis, axis_index, on, to, length, stride })
+        let lines = AxisLines::of(study, axis)?;
+        Ok(Self { study, records, columns: study.columns(), lines, on, to })
     }
 
     /// Returns the points of every line as far as the records determine them.
     pub(super) fn choose(&self) -> Result<PointChoice, AnswerError> {
         let mut choice = PointChoice::default();
-        let is_first = |index: &usize| (index / self.stride).is_multiple_of(self.length);
-        for index in self.study.indices().filter(is_first) {
+        for index in self.study.indices().filter(|index| self.lines.is_first(*index)) {
             choice.extend(self.choose_line(index)?);
         }
         Ok(choice)
     }
 
     fn choose_line(&self, first: usize) -> Result<PointChoice, AnswerError> {
-        let points: Vec<StudyPoint> = (0..self.length)
-            .filter_map(|step| self.study.point(first + step * self.stride))
-            .collect();
+        let points = self.lines.points(self.study, first);
         let holds = points.iter().map(|point| self.holds(point)).collect::<Result<_, _>>()?;
         let mut line = AxisLine { points, holds };
-        let is_other_axis = |axis: usize| axis != self.axis_index;
+        let is_other_axis = |axis: usize| axis != self.lines.index;
         let place =
             line.points.first().map(|point| StudyPlace::of(self.study, point, is_other_axis));
         let place = place.unwrap_or_default();
@@ -91,6 +76,7 @@ impl<'a> Bisection<'a> {
         Ok(PointChoice {
             points: line.points,
             findings: discoveries.into_iter().map(finding).collect(),
+            more: None,
         })
     }
 
@@ -100,7 +86,8 @@ impl<'a> Bisection<'a> {
         let mut changes = Vec::new();
         let mut from = 0;
         while from + 1 < line.points.len() {
-            let (low, high) = (self.value(&line.points[from]), self.value(&line.points[from + 1]));
+            let (low, high) =
+                (self.lines.value(&line.points[from]), self.lines.value(&line.points[from + 1]));
             let (Some(before), Some(after)) = (line.holds[from], line.holds[from + 1]) else {
                 from += 1;
                 continue;
@@ -112,7 +99,7 @@ impl<'a> Bisection<'a> {
                 changes.push(Discovery::Changes { from: low, to: high, becomes: after });
                 from += 1;
             } else {
-                let point = self.study.point_at(first, self.axis_index, between).ok_or(
+                let point = self.study.point_at(first, &[(self.lines.index, between)]).ok_or(
                     AnswerError::Inconsistent(
                         "a value between two of the study cannot be made a job",
                     ),
@@ -135,19 +122,13 @@ impl<'a> Bisection<'a> {
         }
     }
 
-    fn value(&self, point: &StudyPoint) -> f64 {
-        point.values.get(self.axis_index).and_then(Value::as_f64).unwrap_or(f64::NAN)
-    }
-
     /// Tells whether an interval is short enough, relative to its upper end; or, where that could
     /// never be since the interval begins at 0 or below, relative to the whole axis.
     fn is_short(&self, low: f64, high: f64) -> bool {
-        let ends: Vec<f64> = self.axis.values().filter_map(Value::as_f64).collect();
-        let range = ends.last().zip(ends.first()).map_or(f64::NAN, |(last, first)| last - first);
-        high - low <= self.to * if low > 0.0 { high } else { range }
+        high - low <= self.to * if low > 0.0 { high } else { self.lines.range() }
     }
 
     fn middle(&self, low: f64, high: f64) -> f64 {
-        if self.axis.is_log() { (low * high).sqrt() } else { 0.5 * (low + high) }
+        if self.lines.axis.is_log() { (low * high).sqrt() } else { 0.5 * (low + high) }
     }
 }

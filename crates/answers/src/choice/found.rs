@@ -1,7 +1,7 @@
 //! The findings of a study that chooses points, and their table.
 
 use report::{Cell, DataTable, TableColumn};
-use study::{Adaptive, Study, StudyPoint};
+use study::{Adaptive, RootSearch, Study, StudyPoint};
 
 use crate::error::AnswerError;
 use crate::place::{StudyPlace, unit_of};
@@ -14,13 +14,22 @@ pub struct PointChoice {
     pub points: Vec<StudyPoint>,
     /// The findings so far at each combination of the axes, for a study that chooses points.
     pub findings: Vec<Finding>,
+    /// The largest number of points that may follow when these have results; `None` if it is not
+    /// known.
+    pub more: Option<usize>,
 }
 
 impl PointChoice {
+    /// Returns a choice without points, to which others whose number is known can be added.
+    pub(super) fn bounded() -> Self {
+        PointChoice { more: Some(0), ..PointChoice::default() }
+    }
+
     /// Adds the points and the findings of another part of the study.
     pub(super) fn extend(&mut self, other: PointChoice) {
         self.points.extend(other.points);
         self.findings.extend(other.findings);
+        self.more = self.more.zip(other.more).map(|(these, those)| these + those);
     }
 }
 
@@ -72,6 +81,61 @@ pub enum Discovery {
         /// True if it holds everywhere, false if nowhere.
         holds: bool,
     },
+    /// The result crosses the value that is looked for.
+    Root {
+        /// The root of the straight line through the ends of the bracket, in SI units as all here.
+        root: f64,
+        /// The lower end of the bracket.
+        from: f64,
+        /// The upper end.
+        to: f64,
+        /// The result at the lower end and at the upper one.
+        values: [f64; 2],
+        /// True if it rises through the value, false if it falls.
+        rises: bool,
+        /// True if it jumps: the change in the bracket is most of that between given values.
+        jumps: bool,
+    },
+    /// The result is just the value that is looked for.
+    Met {
+        /// The lowest value of the axis at which it is.
+        from: f64,
+        /// The highest one in a row.
+        to: f64,
+        /// The way in which it comes and goes.
+        passage: Passage,
+    },
+    /// The result at a job between two values of the axis is not known.
+    Open {
+        /// The lower value; `None` from the lower end of the axis on.
+        from: Option<f64>,
+        /// The upper value; `None` up to the upper end of the axis.
+        to: Option<f64>,
+        /// The result at both, if that tells something.
+        values: [Option<f64>; 2],
+        /// The reason, and what is known all the same, in words.
+        reason: &'static str,
+    },
+    /// The result is never the value that is looked for at the values of the axis, and always on
+    /// one side of it.
+    Apart {
+        /// The value of the axis at which it comes nearest.
+        nearest: f64,
+        /// The result there.
+        value: f64,
+        /// True if the result is above the value that is looked for, false if it is below.
+        is_above: bool,
+    },
+    /// No further point is added to a curve or a map.
+    Filled {
+        /// The number of points that were added.
+        added: usize,
+        /// The largest distance between the result and what is interpolated, by estimate, relative
+        /// to the range of the column; `None` if it has none.
+        deviation: Option<f64>,
+        /// The reason, in words.
+        reason: &'static str,
+    },
     /// These settings are to be tried next.
     Next {
         /// Elements along x and y.
@@ -99,6 +163,19 @@ pub enum Discovery {
         /// The reason, in words.
         reason: &'static str,
     },
+}
+
+/// The way in which a result passes the value that is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passage {
+    /// It rises through it.
+    Rises,
+    /// It falls through it.
+    Falls,
+    /// It comes back to the side from which it came.
+    Touches,
+    /// It is known on one side only.
+    Meets,
 }
 
 /// Returns what was found as a table: a row for each finding.
@@ -136,6 +213,19 @@ fn figure_heads(study: &Study) -> Vec<TableColumn> {
             let head = |end| TableColumn::new(format!("{name}_{end}"), unit_of(&columns, &name));
             ["from", "to"].map(head).to_vec()
         }
+        Some(Adaptive::Find(RootSearch { axis, column, .. })) => {
+            let axis = study.axes().nth(*axis).map(|axis| axis.column()).unwrap_or_default();
+            let (axis, unit) = (axis.as_ref(), unit_of(&columns, &axis));
+            let of_axis =
+                ["", "_from", "_to"].map(|end| TableColumn::new(format!("{axis}{end}"), unit));
+            let unit = unit_of(&columns, column);
+            let of_column =
+                ["_from", "_to"].map(|end| TableColumn::new(format!("{column}{end}"), unit));
+            of_axis.into_iter().chain(of_column).collect()
+        }
+        Some(Adaptive::Fill(_)) => {
+            vec![TableColumn::new("added", ""), TableColumn::new("deviation", "1")]
+        }
         Some(Adaptive::Accuracy(_)) => {
             ["mesh", "tolerance", "estimated error"].map(|name| TableColumn::new(name, "")).to_vec()
         }
@@ -155,6 +245,24 @@ impl Discovery {
                 vec![mesh_cell(mesh), Cell::Number(value), rounded(change, 1)]
             }
             Discovery::Changes { from, to, .. } => vec![Cell::Number(from), Cell::Number(to)],
+            Discovery::Root { root, from, to, values, .. } => {
+                [root, from, to].into_iter().chain(values).map(Cell::Number).collect()
+            }
+            Discovery::Met { from, to, .. } if from == to => vec![Cell::Number(from); 3],
+            Discovery::Met { from, to, .. } => {
+                vec![Cell::Missing, Cell::Number(from), Cell::Number(to)]
+            }
+            Discovery::Open { from, to, values: [at_from, at_to], .. } => {
+                let cells = [None, from, to, at_from, at_to];
+                cells.map(|value| value.map_or(Cell::Missing, Cell::Number)).to_vec()
+            }
+            Discovery::Apart { nearest, value, .. } => {
+                let number = Cell::Number;
+                vec![Cell::Missing, number(nearest), number(nearest), number(value), number(value)]
+            }
+            Discovery::Filled { added, deviation, .. } => {
+                vec![Cell::Integer(added as i64), rounded(deviation, 1)]
+            }
             Discovery::Next { mesh, tolerance } => vec![mesh_cell(mesh), Cell::Number(tolerance)],
             Discovery::Within { mesh, tolerance, error } => {
                 vec![mesh_cell(mesh), Cell::Number(tolerance), rounded(Some(error), 1)]
@@ -175,6 +283,22 @@ impl Discovery {
             Discovery::Changes { becomes: false, .. } => "ceases to hold",
             Discovery::Everywhere { holds: true } => "holds everywhere",
             Discovery::Everywhere { holds: false } => "holds nowhere",
+            Discovery::Root { rises: true, jumps: false, .. } => "rises through it",
+            Discovery::Root { rises: false, jumps: false, .. } => "falls through it",
+            Discovery::Root { rises: true, jumps: true, .. } => "jumps over it, upwards",
+            Discovery::Root { rises: false, jumps: true, .. } => "jumps over it, downwards",
+            Discovery::Met { passage, .. } => match passage {
+                Passage::Rises => "is just it and rises through it",
+                Passage::Falls => "is just it and falls through it",
+                Passage::Touches => "is just it and does not cross",
+                Passage::Meets => "is just it; not known on both sides",
+            },
+            Discovery::Open { reason, .. } => reason,
+            Discovery::Apart { is_above: true, .. } => "above it at all given values, nearest here",
+            Discovery::Apart { is_above: false, .. } => {
+                "below it at all given values, nearest here"
+            }
+            Discovery::Filled { reason, .. } => reason,
             Discovery::Next { .. } => "to be tried next",
             Discovery::Within { .. } => "accurate enough",
             Discovery::Beyond { reason, .. } => reason,

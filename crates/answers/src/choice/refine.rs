@@ -41,7 +41,7 @@ impl MeshRefinement<'_> {
         let place = StudyPlace::of(self.study, &first, |_| true);
         let mut points = Vec::new();
         let discovery = self.follow(index, column, first, &mut points);
-        Ok(PointChoice { points, findings: vec![Finding { place, discovery }] })
+        Ok(PointChoice { points, findings: vec![Finding { place, discovery }], more: None })
     }
 
     /// Follows the meshes from the `first` point on and adds each to `points`.

@@ -136,8 +136,24 @@ fn classed(study: &Study, strides: &[Stride], group: usize) -> Result<ClassedGro
     let places = [0, 1, 2].map(place);
     let weights = |step: usize| {
         let of = |place: usize| weight(study, place + step * stride.distance);
-        Ok::<_, AnswerError>([of(places[0])?, of(places[1])?, of(places[2])?])
+        let first = of(places[0])?;
+        // Without other groups the three places are one.
+        if places == [places[0]; 3] {
+            return Ok([first; 3]);
+        }
+        Ok::<_, AnswerError>([first, of(places[1])?, of(places[2])?])
     };
+    if study.groups()[group].design().is_some() {
+        // Each point of a sample has an operator to itself, so that only costs make classes.
+        let costs = (0..stride.length)
+            .into_par_iter()
+            .map(|step| Ok(weights(step)?.map(|weight| weight.cost)))
+            .collect::<Result<Vec<_>, AnswerError>>()?;
+        let classes = (0..stride.length).map(|step| vec![step]).collect();
+        let mut group = ClassedGroup { stride, classes, costs, blurs: 0 };
+        group.blur();
+        return Ok(group);
+    }
     let weights =
         (0..stride.length).into_par_iter().map(weights).collect::<Result<Vec<_>, AnswerError>>()?;
     let mut known = HashMap::new();

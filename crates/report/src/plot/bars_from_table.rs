@@ -122,7 +122,15 @@ fn panel(
     let categories = rows.iter().map(|row| words[*row].clone()).collect();
     let x = PlotAxis { label: spec.x_label.to_owned(), categories, ..PlotAxis::default() };
     let y = PlotAxis { label: spec.y_label.to_owned(), unit, ..PlotAxis::default() };
-    Ok(PlotPanel { title: title.to_owned(), x, y, series, bands: Vec::new(), front: false })
+    Ok(PlotPanel {
+        title: title.to_owned(),
+        x,
+        y,
+        series,
+        bands: Vec::new(),
+        front: false,
+        level: None,
+    })
 }
 
 /// Returns the values of some columns in each row, as text.

@@ -115,6 +115,12 @@ impl Canvas<'_> {
         })
     }
 
+    /// Returns the height of the level of the panel in pixels, if it has one that can be drawn.
+    pub(super) fn height_of_level(&self) -> Option<f64> {
+        let level = self.panel.level.filter(|level| has_place(&self.panel.y, *level))?;
+        Some(self.frame.bottom() - self.y.fraction(level) * self.frame.height)
+    }
+
     /// Returns the height of a value along y in pixels, if the axis has it.
     pub(super) fn place_on_y(&self, y: f64) -> Option<f64> {
         let fraction = has_place(&self.panel.y, y).then(|| self.y.fraction(y))?;

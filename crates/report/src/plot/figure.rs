@@ -35,6 +35,9 @@ pub struct PlotPanel {
     /// True if the Pareto front is marked: the points of all series that no other one beats within
     /// the noise of x ([`pareto_front_within`](crate::pareto_front_within)).
     pub front: bool,
+    /// The value along y, in SI units, at which a level is drawn, with a mark wherever a curve
+    /// crosses it.
+    pub level: Option<f64>,
 }
 
 /// The quantity along one direction.

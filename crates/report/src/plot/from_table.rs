@@ -216,7 +216,8 @@ impl FigureSource<'_> {
             );
         }
         let title = self.panels.panel_title(panel, self.table, self.spec, self.columns.panels);
-        PlotPanel { title, x, y, series, bands, front: self.spec.front }
+        let (front, level) = (self.spec.front, self.spec.level);
+        PlotPanel { title, x, y, series, bands, front, level }
     }
 
     /// Returns the rows of a series in a panel, in order of x unless they lie along a path.

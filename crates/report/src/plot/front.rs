@@ -38,7 +38,8 @@ pub(super) fn draw(drawing: &mut Drawing, stairs: &[Segment], places: &[PlotPoin
     }
 }
 
-fn ring(drawing: &mut Drawing, x: f64, y: f64) {
+/// Draws a ring around a place.
+pub(super) fn ring(drawing: &mut Drawing, x: f64, y: f64) {
     drawing.push(&format!(
         r#"<circle cx="{}" cy="{}" r="{RING}" fill="none" stroke="{INK}" stroke-width="1.1"/>"#,
         n(x),

@@ -332,9 +332,13 @@ fn coordinates(panels: &[PlotPanel], coordinate: fn(&PlotPoint) -> f64) -> Vec<f
         let feet = panel.series.iter().flat_map(|series| bars::corners(series, panel));
         // Only points that are drawn count: a point that is a gap must not widen the axis.
         let drawn = |p: &PlotPoint| has_place(&panel.x, p.0) && has_place(&panel.y, p.1);
+        // The level is looked for on the vertical axis whatever the curves do.
+        let x = panel.series.iter().flat_map(|s| s.points.first()).map(|point| point.0).next();
+        let level = x.zip(panel.level);
         curves
             .chain(bands)
             .chain(feet)
+            .chain(level)
             .filter(drawn)
             .map(|point| coordinate(&point))
             .collect::<Vec<f64>>()

@@ -7,7 +7,7 @@ use super::legend::LegendEntry;
 use super::names::{self, Obstacles};
 use super::sketch::FigureSpot;
 use super::slope::FIT_OF_BAND;
-use super::{bars, curve, front, slope};
+use super::{bars, curve, front, level, slope};
 use crate::axis::LABEL_SIZE;
 use crate::palette::Look;
 use crate::pareto::{NoisyPoint, pareto_front_within};
@@ -132,6 +132,7 @@ pub(super) fn draw(
         }
         drawing.end();
     }
+    level::draw(drawing, canvas, curves.iter().map(|curve| &curve.places[..]));
     draw_marks(drawing, canvas, &curves, &bands);
 
     if bands.iter().all(PlacedBand::is_empty)

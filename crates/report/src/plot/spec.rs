@@ -21,7 +21,7 @@ pub enum FigureForm {
 
 /// The columns of a table that a figure shows, for
 /// [`PlotFigure::from_table`](crate::PlotFigure::from_table).
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct FigureSpec<'a> {
     /// The form in which the rows are drawn.
     pub form: FigureForm,
@@ -63,6 +63,8 @@ pub struct FigureSpec<'a> {
     /// True if the Pareto front of each panel is marked: the points of all its curves that no other
     /// one beats within the noise of x.
     pub front: bool,
+    /// The value along y at which a level is drawn, with a mark wherever a curve crosses it.
+    pub level: Option<f64>,
     /// The column of the noise of x on either side, relative to x: on a front, points whose x lie
     /// within it are ties, of which none beats the other.
     pub noise: Option<&'a str>,

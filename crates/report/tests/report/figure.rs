@@ -477,7 +477,15 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
         any::<bool>(),
     );
     let panel = (any::<String>(), axis.clone(), axis, drawn).prop_map(
-        |(title, x, y, (series, bands, front))| PlotPanel { title, x, y, series, bands, front },
+        |(title, x, y, (series, bands, front))| PlotPanel {
+            title,
+            x,
+            y,
+            series,
+            bands,
+            front,
+            level: None,
+        },
     );
     let texts =
         (any::<String>(), any::<String>(), proptest::collection::vec(any::<String>(), 0..3));

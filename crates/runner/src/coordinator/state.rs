@@ -14,7 +14,7 @@ use crate::lease::{LeaseId, Leases, WorkerId};
 use crate::ledger::Done;
 use crate::loss::Loss;
 use crate::options::Options;
-use crate::queue::{GroupIndex, Queue};
+use crate::queue::{GroupIndex, Queue, QueuedJob};
 use crate::task::Task;
 
 #[derive(Debug)]
@@ -169,7 +169,11 @@ impl Coordinator {
         Coordinator {
             options: options.clone(),
             jobs: tasks.iter().map(job).collect(),
-            queue: Queue::new(tasks.iter().map(|task| (task.group, sane(task.cost)))),
+            queue: Queue::new(tasks.iter().map(|task| QueuedJob {
+                group: task.group,
+                rank: task.rank,
+                cost: sane(task.cost),
+            })),
             leases: Leases::default(),
             workers: BTreeMap::new(),
             hired: 0,

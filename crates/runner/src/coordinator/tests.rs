@@ -26,6 +26,7 @@ fn tasks(count: usize) -> Vec<Task> {
         key: JobKey([number as u8; 32]),
         payload: vec![0; number % 3],
         group: (number % 4) as u64,
+        rank: (number % 3) as u32,
         cost: [0.001, 0.02, 5.0, f64::NAN][number % 4],
         memory: [10, 40, 70, 120][number % 7 % 4],
     };
@@ -83,6 +84,7 @@ fn alike(count: usize, cost: f64, memory: u64) -> Vec<Task> {
         key: JobKey([number as u8; 32]),
         payload: Vec::new(),
         group: 0,
+        rank: 0,
         cost,
         memory,
     };

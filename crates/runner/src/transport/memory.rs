@@ -185,6 +185,7 @@ mod tests {
                 key: JobKey(key),
                 payload: number.to_be_bytes().into(),
                 group: u64::from(number % 5),
+                rank: 0,
                 cost: 0.001,
                 memory: 1,
             }

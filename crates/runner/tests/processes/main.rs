@@ -117,6 +117,7 @@ fn task(number: u64, payload: impl Into<String>) -> Task {
         key: JobKey(key),
         payload: payload.into().into_bytes(),
         group: number % 7,
+        rank: 0,
         cost: 0.01,
         memory: 1 << 20,
     }

@@ -1,6 +1,7 @@
 //! This file knows where blobs lie in the directory of a store.
 
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 use std::{fs, io};
 
 use crate::digest::Digest;
@@ -21,6 +22,26 @@ pub(crate) enum BlobFile {
     },
     /// A file that does not belong to the store.
     Stray(PathBuf),
+}
+
+/// The file of a blob in a store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StoredBlob {
+    /// The name of the blob.
+    pub digest: Digest,
+    /// The size of the file \[bytes\].
+    pub bytes: u64,
+    /// The time of the last change, if it is known.
+    pub changed: Option<SystemTime>,
+}
+
+impl BlobFile {
+    /// Returns the file as one of a blob, if it is one.
+    pub(super) fn stored(&self) -> Option<StoredBlob> {
+        let BlobFile::Blob { digest, path, bytes } = self else { return None };
+        let changed = fs::metadata(path).and_then(|file| file.modified()).ok();
+        Some(StoredBlob { digest: *digest, bytes: *bytes, changed })
+    }
 }
 
 /// Returns the path of a blob in the directory of all blobs.

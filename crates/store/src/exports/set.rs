@@ -117,19 +117,28 @@ impl ExportSet {
         if let Some(index) = self.index.get() {
             return Ok(index);
         }
-        let index = RecordIndex::of(&self.files)?;
+        let index = RecordIndex::of(&self.files).map_err(|error| self.unreadable(error))?;
         Ok(self.index.get_or_init(|| index))
+    }
+
+    /// Returns the error of an index that cannot be made or read.
+    fn unreadable(&self, source: io::Error) -> ReadError {
+        ReadError::Io { path: self.path.clone(), source }
+    }
+
+    /// Returns the places of the records of a job.
+    fn places(&self, key: &JobKey) -> Result<Vec<RecordPlace>, ReadError> {
+        self.index()?.places(key).map_err(|error| self.unreadable(error))
     }
 
     /// Returns the keys of all records in ascending order.
     pub(crate) fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
-        Ok(self.index()?.keys())
+        self.index()?.keys().map_err(|error| self.unreadable(error))
     }
 
     /// Returns for each job whether it has a record.
     pub(crate) fn contains(&self, keys: &[JobKey]) -> Result<Vec<bool>, ReadError> {
-        let index = self.index()?;
-        Ok(keys.iter().map(|key| !index.places(key).is_empty()).collect())
+        keys.iter().map(|key| Ok(!self.places(key)?.is_empty())).collect()
     }
 
     /// Reads the frames of which every record was replaced by a later one, which nobody else reads,
@@ -137,9 +146,9 @@ impl ExportSet {
     pub(crate) fn faults_of_replaced(&self) -> Result<Vec<String>, ReadError> {
         let mut read: Vec<Vec<bool>> =
             self.files.iter().map(|file| vec![false; file.frames().len()]).collect();
-        for place in self.index()?.all() {
-            read[place.file as usize][place.frame as usize] = true;
-        }
+        self.index()?
+            .visit(|place| read[place.file as usize][place.frame as usize] = true)
+            .map_err(|error| self.unreadable(error))?;
         let mut faults = Vec::new();
         for (file, read) in self.files.iter().zip(read) {
             for (frame, _) in read.iter().enumerate().filter(|(_, is_read)| !**is_read) {
@@ -154,11 +163,10 @@ impl ExportSet {
     /// Returns one answer for each of the first of `keys`, as many as have `limit` bytes together
     /// and at least one. A frame is read once.
     pub(crate) fn first(&self, keys: &[JobKey], limit: usize) -> Result<Vec<Answer>, ReadError> {
-        let index = self.index()?;
         let (mut bytes, mut count) = (0, 0);
         let mut wanted: Vec<(usize, RecordPlace)> = Vec::new();
         for key in keys {
-            let places = index.places(key);
+            let places = self.places(key)?;
             bytes += places.iter().map(|place| place.length as usize).sum::<usize>();
             wanted.extend(places.iter().map(|place| (count, *place)));
             count += 1;

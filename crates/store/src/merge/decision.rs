@@ -13,10 +13,10 @@ use crate::digest::Digest;
 use crate::error::ReadError;
 use crate::merge::losses::MergeLosses;
 use crate::merge::report::{MergeError, MergeReport, RecordConflict};
-use crate::merge::sorted::RowSorter;
 use crate::merge::source::{MergeInput, VisitedRecords};
 use crate::merge::target::MergeTarget;
 use crate::rules::{Candidate, Examination, MergeRules, RecordChoice, RecordRank};
+use crate::sorted::RowSorter;
 
 /// The length of a row of a record: the key of its job and its place.
 const RECORD_ROW: usize = 40;

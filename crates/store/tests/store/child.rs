@@ -141,6 +141,12 @@ fn plays_its_part() {
         "fill" => fill(&directory, first),
         "export" => export(&directory),
         "merge" => merge(&directory),
+        "collect" => {
+            let store = Store::open(&directory).unwrap();
+            say("begins");
+            let done = store.collect(&super::collection::garbage()).unwrap();
+            say(format!("removed {}", done.records));
+        }
         "merge into export" => {
             let reader = Store::read_by(&directory.join("exports"), &RULES).unwrap();
             say("begins");

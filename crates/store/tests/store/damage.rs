@@ -195,14 +195,14 @@ fn a_later_format_is_left_alone() {
     let directory = tempfile::tempdir().unwrap();
     make(directory.path());
     let manifest = directory.path().join("manifest.json");
-    fs::write(&manifest, br#"{ "format": 2 }"#).unwrap();
+    fs::write(&manifest, br#"{ "format": 3 }"#).unwrap();
     let error = Store::open(directory.path()).err().unwrap();
-    assert!(matches!(error, OpenError::Format { found: 2, .. }), "{error}");
+    assert!(matches!(error, OpenError::Format { found: 3, .. }), "{error}");
     assert!(matches!(
         Store::salvage(directory.path(), |_, _| Vec::new()),
-        Err(OpenError::Format { found: 2, .. })
+        Err(OpenError::Format { found: 3, .. })
     ));
-    assert_eq!(fs::read(&manifest).unwrap(), br#"{ "format": 2 }"#);
+    assert_eq!(fs::read(&manifest).unwrap(), br#"{ "format": 3 }"#);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! kills, damage and a full disk.
 
 mod child;
+mod collection;
 mod damage;
 mod exports;
 mod full;

@@ -3,7 +3,7 @@
 
 use contact::model::Mesh;
 use contact::uniqueness::Sole;
-use study::{Adaptive, Job, Kind, Study, columns};
+use study::{Adaptive, Filling, Job, Kind, RootSearch, Study, columns};
 
 use crate::sphere::sphere;
 
@@ -137,14 +137,45 @@ fn adaptive_studies() {
         (on.as_str(), &bisect.text()[span.clone()]),
         ("stick_area > 0", "\"stick_area > 0\"")
     );
-    let between = bisect.point_at(0, 0, 0.25).unwrap();
+    let axes = "[sweep]\nfriction.mu = [0.1, 0.5]\npunch.radius = [\"1 mm\", \"2 mm\"]\n";
+    let find = of_kind(
+        "solve",
+        &format!(
+            "{axes}[find]\naxis = \"radius\"\ncolumn = \"load\"\nvalue = \"2 kN\"\nto = 0.01\n"
+        ),
+    );
+    let search = RootSearch { column: "load".to_owned(), value: 2000.0, axis: 1, to: 0.01 };
+    assert_eq!(find.adaptive(), Some(&Adaptive::Find(search)));
+    assert_eq!([0, 1].map(|group| find.is_sequence(group)), [false, true]);
+    let figure = &find.figures()[0];
+    assert_eq!(
+        (&figure.x[..], &figure.y[..], &figure.series[..]),
+        ("radius", &["load".to_owned()][..], &["mu".to_owned()][..])
+    );
+    let fill = of_kind(
+        "solve",
+        &format!(
+            "{axes}[fill]\naxis = [\"friction.mu\", \"radius\"]\ncolumn = \"load\"\nat_most = 40\n"
+        ),
+    );
+    let filling = Filling { column: "load".to_owned(), axes: vec![0, 1], to: None, at_most: 40 };
+    assert_eq!(fill.adaptive(), Some(&Adaptive::Fill(filling)));
+    assert_eq!([0, 1].map(|group| fill.is_sequence(group)), [true; 2]);
+    let figure = &fill.figures()[0];
+    assert_eq!((&figure.x[..], &figure.y[..]), ("mu", &["radius".to_owned()][..]));
+    let moved = fill.point_at(0, &[(0, 0.25), (1, 0.0015)]).unwrap();
+    assert_eq!(
+        moved.values.iter().filter_map(|value| value.as_f64()).collect::<Vec<_>>(),
+        [0.25, 0.0015]
+    );
+    let between = bisect.point_at(0, &[(0, 0.25)]).unwrap();
     assert_eq!(between.job.case().unwrap().scene.friction.mu, 0.25);
     assert_eq!(between.values[0].as_f64(), Some(0.25));
     assert_eq!(
         between.job.key(),
-        of_kind("solve", "").point_at(0, 0, 0.25).map_or(between.key, |other| other.key)
+        of_kind("solve", "").point_at(0, &[(0, 0.25)]).map_or(between.key, |other| other.key)
     );
-    assert!(bisect.point_at(0, 0, f64::NAN).is_none(), "no job");
+    assert!(bisect.point_at(0, &[(0, f64::NAN)]).is_none(), "no job");
 }
 
 #[test]

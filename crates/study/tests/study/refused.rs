@@ -111,6 +111,153 @@ const CASES: &[(&str, &str, &str)] = &[
         "\"friction.mu\" = [0.1, 0.2]",
         "mesh = [8, 16]\n[bisect]\naxis = \"mesh\"\non = \"load > 0\"\nto = \"1%\"",
     ),
+    (
+        "find without a value",
+        "[sweep]",
+        "[find]\ncolumn = \"stick_fraction\"\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    ("find nothing", "[sweep]", "[find]\nhow = 3\n[sweep]"),
+    (
+        "find in a misspelt column",
+        "[sweep]",
+        "[find]\ncolumn = \"stick_fracton\"\nvalue = 0.5\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "find in a text",
+        "[sweep]",
+        "[find]\ncolumn = \"status\"\nvalue = 0.5\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "find what the study gives",
+        "[sweep]",
+        "[find]\ncolumn = \"radius\"\nvalue = 0.5\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "find what differs from run to run",
+        "[sweep]",
+        "[find]\ncolumn = \"seconds\"\nvalue = 0.5\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "find a force in a pressure",
+        "[sweep]",
+        "[find]\ncolumn = \"peak_pressure\"\nvalue = \"1 kN\"\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "find a pure number with a unit",
+        "[sweep]",
+        "[find]\ncolumn = \"stick_fraction\"\nvalue = \"0.5 mm\"\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "find a pure number in quotes",
+        "[sweep]",
+        "[find]\ncolumn = \"stick_fraction\"\nvalue = \"0.5\"\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "find a force without its unit",
+        "[sweep]",
+        "[find]\ncolumn = \"load\"\nvalue = \"12\"\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "find no number",
+        "[sweep]",
+        "[find]\ncolumn = \"stick_fraction\"\nvalue = nan\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "find along what is no axis",
+        "[sweep]",
+        "[find]\ncolumn = \"stick_fraction\"\nvalue = 0.5\naxis = \"radius\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "find to more than all",
+        "[sweep]",
+        "[find]\ncolumn = \"stick_fraction\"\nvalue = 0.5\naxis = \"mu\"\nto = \"200%\"\n[sweep]",
+    ),
+    (
+        "find by a word",
+        "[sweep]",
+        "[find]\ncolumn = \"stick_fraction\"\nvalue = 0.5\naxis = \"mu\"\nto = \"soon\"\n[sweep]",
+    ),
+    (
+        "find along falling values",
+        "[0.1, 0.2]",
+        "[0.2, 0.1]\n[find]\ncolumn = \"stick_fraction\"\nvalue = 0.5\naxis = \"mu\"\nto = \"1%\"\n",
+    ),
+    (
+        "find along one value",
+        "[0.1, 0.2]",
+        "[0.1]\n[find]\ncolumn = \"stick_fraction\"\nvalue = 0.5\naxis = \"mu\"\nto = \"1%\"\n",
+    ),
+    (
+        "find along meshes",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "mesh = [8, 16]\n[find]\ncolumn = \"stick_fraction\"\nvalue = 0.5\naxis = \"mesh\"\nto = \"1%\"\n",
+    ),
+    (
+        "find along axes that advance together",
+        "[sweep]\n\"friction.mu\" = [0.1, 0.2]",
+        "[[sweep.zip]]\n\"friction.mu\" = [0.1, 0.2]\n\"punch.radius\" = [1, 2]\n[find]\ncolumn = \"stick_fraction\"\nvalue = 0.5\naxis = \"mu\"\nto = \"1%\"\n",
+    ),
+    (
+        "find in a study without axes",
+        "[sweep]\n\"friction.mu\" = [0.1, 0.2]\n",
+        "[find]\ncolumn = \"stick_fraction\"\nvalue = 0.5\naxis = \"mu\"\nto = \"1%\"\n",
+    ),
+    (
+        "find and fill",
+        "[sweep]",
+        "[find]\ncolumn = \"stick_fraction\"\nvalue = 0.5\naxis = \"mu\"\nto = \"1%\"\n[fill]\ncolumn = \"load\"\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    ("find in the numerics", "mesh = 16", "mesh = 16\nfind = 3"),
+    ("find in a list", "[sweep]", "[[find]]\ncolumn = \"load\"\n[sweep]"),
+    ("fill without an end", "[sweep]", "[fill]\ncolumn = \"load\"\naxis = \"mu\"\n[sweep]"),
+    ("fill without an axis", "[sweep]", "[fill]\ncolumn = \"load\"\nto = \"1%\"\n[sweep]"),
+    (
+        "fill along three axes",
+        "[sweep]",
+        "[fill]\ncolumn = \"load\"\naxis = [\"mu\", \"mu\", \"mu\"]\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "fill along an axis twice",
+        "[sweep]",
+        "[fill]\ncolumn = \"load\"\naxis = [\"mu\", \"mu\"]\nto = \"1%\"\n[sweep]",
+    ),
+    ("fill along no axis", "[sweep]", "[fill]\ncolumn = \"load\"\naxis = []\nto = \"1%\"\n[sweep]"),
+    (
+        "fill along a number",
+        "[sweep]",
+        "[fill]\ncolumn = \"load\"\naxis = [1]\nto = \"1%\"\n[sweep]",
+    ),
+    ("fill to nothing", "[sweep]", "[fill]\ncolumn = \"load\"\naxis = \"mu\"\nto = 0\n[sweep]"),
+    (
+        "fill with no point",
+        "[sweep]",
+        "[fill]\ncolumn = \"load\"\naxis = \"mu\"\nto = \"1%\"\nat_most = 0\n[sweep]",
+    ),
+    (
+        "fill with too many points",
+        "[sweep]",
+        "[fill]\ncolumn = \"load\"\naxis = \"mu\"\nto = \"1%\"\nat_most = 1_000_000\n[sweep]",
+    ),
+    (
+        "fill with a part of a point",
+        "[sweep]",
+        "[fill]\ncolumn = \"load\"\naxis = \"mu\"\nto = \"1%\"\nat_most = 2.5\n[sweep]",
+    ),
+    (
+        "fill a column of texts",
+        "[sweep]",
+        "[fill]\ncolumn = \"reason\"\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "fill what a mesh is",
+        "[sweep]",
+        "[fill]\ncolumn = \"mesh\"\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "fill beside an accuracy",
+        "mesh = 16\n\n[sweep]",
+        "\n[accuracy]\nis = 0.01\n[fill]\ncolumn = \"load\"\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
+    ),
     ("accuracy beside a mesh", "question =", "accuracy = \"0.1%\"\nquestion ="),
     (
         "accuracy beside an axis of meshes",

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// The size of the rows that are sorted in memory \[bytes\]. Of more rows, each run of this size is
 /// sorted and written to a file.
-const RUN_BYTES: usize = 8 << 20;
+pub(crate) const RUN_BYTES: usize = 8 << 20;
 
 /// The size of what is read of all runs together at once \[bytes\].
 const READ_BYTES: usize = 4 << 20;
@@ -18,11 +18,11 @@ const READ_BYTES: usize = 4 << 20;
 const PIECES: [usize; 2] = [4 << 10, 64 << 10];
 
 /// The length of the key at the beginning of a row \[bytes\].
-const KEY: usize = 32;
+pub(crate) const KEY: usize = 32;
 
 /// Rows of `N` bytes that are gathered to be read in ascending order. The file that they go to has
 /// no name, so that a kill leaves nothing behind.
-pub(super) struct RowSorter<const N: usize> {
+pub(crate) struct RowSorter<const N: usize> {
     directory: PathBuf,
     rows: Vec<[u8; N]>,
     file: Option<File>,
@@ -34,13 +34,13 @@ pub(super) struct RowSorter<const N: usize> {
 
 impl<const N: usize> RowSorter<N> {
     /// Returns an empty sorter, whose file would be in `directory`.
-    pub(super) fn new(directory: &Path) -> Self {
+    pub(crate) fn new(directory: &Path) -> Self {
         let (directory, limit) = (directory.to_owned(), RUN_BYTES / N);
         RowSorter { directory, rows: Vec::new(), file: None, ends: Vec::new(), limit }
     }
 
     /// Adds a row.
-    pub(super) fn push(&mut self, row: [u8; N]) -> io::Result<()> {
+    pub(crate) fn push(&mut self, row: [u8; N]) -> io::Result<()> {
         if self.rows.len() >= self.limit {
             self.write_run()?;
         }
@@ -62,7 +62,7 @@ impl<const N: usize> RowSorter<N> {
     }
 
     /// Returns the rows in ascending order.
-    pub(super) fn sorted(mut self) -> io::Result<SortedRows<N>> {
+    pub(crate) fn sorted(mut self) -> io::Result<SortedRows<N>> {
         self.rows.sort_unstable();
         let mut position = 0;
         let mut runs: Vec<RowRun<N>> = Vec::new();
@@ -80,7 +80,7 @@ impl<const N: usize> RowSorter<N> {
 }
 
 /// Rows in ascending order.
-pub(super) struct SortedRows<const N: usize> {
+pub(crate) struct SortedRows<const N: usize> {
     file: Option<File>,
     runs: Vec<RowRun<N>>,
     /// The first row of each run that was not taken yet, with the number of the run.
@@ -101,7 +101,7 @@ struct RowRun<const N: usize> {
 
 impl<const N: usize> SortedRows<N> {
     /// Puts all rows of the next job into `rows`, and returns false if there is no more.
-    pub(super) fn next_job(&mut self, rows: &mut Vec<[u8; N]>) -> io::Result<bool> {
+    pub(crate) fn next_job(&mut self, rows: &mut Vec<[u8; N]>) -> io::Result<bool> {
         rows.clear();
         while let Some(Reverse((row, run))) = self.heads.peek().copied() {
             if rows.first().is_some_and(|first| first[..KEY] != row[..KEY]) {

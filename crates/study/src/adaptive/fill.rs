@@ -1,0 +1,85 @@
+//! Reads `[fill]`, which adds points where a curve or a map bends most.
+
+use toml::de::DeValue;
+
+use super::axis::ascending_axis;
+use super::rule::{Adaptive, Filling};
+use super::table::{caused_column, fields};
+use crate::axis::Group;
+use crate::columns::Column;
+use crate::error::Mistake;
+use crate::read::{self, Node};
+
+const FILL: &[&str] = &["column", "axis", "to", "at_most"];
+
+/// The number of points that are added at each combination of the other axes if the study does not
+/// say.
+const AT_MOST: usize = 1000;
+
+/// The largest number of points that can be asked for.
+const MOST: usize = 10_000;
+
+/// Reads the table.
+pub(super) fn read_fill(
+    node: &Node<'_>,
+    groups: &[Group],
+    columns: &[Column],
+    mistakes: &mut Vec<Mistake>,
+) -> Option<Adaptive> {
+    let [column, axis] = fields("fill", node, FILL, ["column", "axis"], mistakes)?;
+    let DeValue::Table(table) = node.get_ref() else { return None };
+    let before = mistakes.len();
+    let mut note = |mistake: Mistake| mistakes.push(mistake);
+    let column = caused_column("fill.column", column, columns).map_err(&mut note).ok();
+    let to = table.get("to").and_then(|to| read::proportion("fill.to", to).map_err(&mut note).ok());
+    let at_most = table.get("at_most").and_then(|count| read_count(count).map_err(&mut note).ok());
+    if !table.contains_key("to") && !table.contains_key("at_most") {
+        mistakes.push(
+            Mistake::new(node.span(), "`[fill]` has no end", "needs `to`, `at_most` or both").help(
+                "to = \"1%\" is a part of the range of the column; at_most = 40 counts the \
+                     points that are added",
+            ),
+        );
+    }
+    let axes = read_axes(axis, groups, mistakes);
+    let filling = Filling { column: column?, axes: axes?, to, at_most: at_most.unwrap_or(AT_MOST) };
+    (mistakes.len() == before).then_some(Adaptive::Fill(filling))
+}
+
+/// Reads the name of one axis, or a list of two.
+fn read_axes(node: &Node<'_>, groups: &[Group], mistakes: &mut Vec<Mistake>) -> Option<Vec<usize>> {
+    const EXPECTED: &str = "must be an axis, or a list of two for a map";
+    let nodes: Vec<&Node<'_>> = match node.get_ref() {
+        DeValue::Array(names) => names.iter().collect(),
+        _ => vec![node],
+    };
+    if !(1..=2).contains(&nodes.len()) {
+        let message = format!("`fill.axis` is a list of {}", nodes.len());
+        mistakes.push(Mistake::new(node.span(), message, EXPECTED));
+        return None;
+    }
+    let read =
+        nodes.iter().map(|node| ascending_axis("fill.axis", node, groups, "filled", mistakes));
+    let axes = read.collect::<Vec<_>>().into_iter().collect::<Option<Vec<usize>>>()?;
+    if let ([first, second], [_, twice]) = (&axes[..], &nodes[..])
+        && first == second
+    {
+        mistakes.push(Mistake::new(twice.span(), "`fill.axis` names an axis twice", EXPECTED));
+    }
+    Some(axes)
+}
+
+/// Reads the number of points that are added.
+fn read_count(node: &Node<'_>) -> Result<usize, Mistake> {
+    let DeValue::Integer(n) = node.get_ref() else {
+        return Err(read::mistyped("fill.at_most", node, "a whole number of points, like 40"));
+    };
+    match read::whole("fill.at_most", n, node.span())? as usize {
+        n if (1..=MOST).contains(&n) => Ok(n),
+        n => Err(Mistake::new(
+            node.span(),
+            format!("`fill.at_most` cannot be {n}"),
+            format!("must be from 1 to {MOST} points"),
+        )),
+    }
+}

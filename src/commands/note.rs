@@ -1,0 +1,30 @@
+//! `note`: a remark that is put to a study.
+
+use anyhow::Result;
+use store::Store;
+
+use crate::cli::NoteArgs;
+use crate::output::{self, Finish};
+use crate::stored::{no_such_study, study_labels};
+
+/// Puts a remark to a study or takes it away, and prints the one that it has.
+pub(crate) fn note(args: &NoteArgs) -> Result<Finish> {
+    let NoteArgs { name, text, remove, .. } = args;
+    let labels = if text.is_none() && !remove {
+        study_labels(&args.store.store, name)?
+    } else {
+        let store = Store::open_existing(&args.store.store)?;
+        let names = store.study_names();
+        if !names.contains(name) {
+            return Err(no_such_study(name, &names));
+        }
+        let mut labels = store.labels(name);
+        labels.note.clone_from(text);
+        store.set_labels(name, labels.clone())?;
+        labels
+    };
+    if args.json {
+        return output::print_json(&serde_json::json!({ "study": name, "note": labels.note }));
+    }
+    output::print(&labels.note.map_or_else(String::new, |note| format!("{note}\n")))
+}

@@ -1,0 +1,156 @@
+//! `store gc`: removes what no study refers to.
+
+use std::collections::{HashMap, HashSet};
+
+use anyhow::Result;
+use indicatif::BinaryBytes;
+use report::{Cell, DataTable, TableColumn};
+use store::{Blobs, Collection, OpenError, Store};
+
+use crate::account::command_words;
+use crate::cli::GcArgs;
+use crate::garbage::{FoundGarbage, GarbageLimits, UnusedFile, UnusedResult};
+use crate::output::{self, Finish, layout};
+use crate::stored::{account, open_to_read, read_store};
+use crate::words::{count, time_words};
+
+/// The most runs that are listed.
+const MOST_RUNS: usize = 20;
+
+/// Lists what no study refers to, and removes it.
+pub(super) fn gc(args: &GcArgs) -> Result<Finish> {
+    let directory = &args.store.store;
+    let limits = GarbageLimits { older_than: args.older_than, larger_than: args.larger_than };
+    if args.dry_run {
+        let reader = read_store(directory)?;
+        if !reader.exports().is_empty() {
+            return Err(OpenError::OnlyRead { path: directory.clone() }.into());
+        }
+        let found = FoundGarbage::find(&reader, &limits)?;
+        return say(args, &found, reader.blobs(), None);
+    }
+    // Nobody adds a result from here on. The store answers its own process like any other.
+    let store = Store::open_existing(directory)?;
+    let reader = open_to_read(directory)?;
+    let found = FoundGarbage::find(&reader, &limits)?;
+    let blobs = reader.blobs().clone();
+    if !args.json {
+        output::print(&list(&found, &blobs)?)?;
+    }
+    drop(reader);
+    let done = store.collect(&found.garbage())?;
+    say(args, &found, &blobs, Some(done))
+}
+
+/// Says what is garbage, or what became of it.
+fn say(
+    args: &GcArgs,
+    found: &FoundGarbage,
+    blobs: &Blobs,
+    done: Option<Collection>,
+) -> Result<Finish> {
+    if args.json {
+        return output::print_json(&serde_json::json!({
+            "removed": done.is_some(),
+            "results": found.results,
+            "files_of_results": found.files_of_results,
+            "files": found.files,
+            "bytes": bytes(found),
+            "unread_records": found.unread,
+            "unfinished_files": done.map(|done| done.unfinished),
+            "database_bytes_before": done.map(|done| done.database_before),
+            "database_bytes_after": done.map(|done| done.database_after),
+        }));
+    }
+    let text = match done {
+        None if found.is_empty() => list(found, blobs)?,
+        None => list(found, blobs)? + "nothing was removed, as --dry-run asks\n",
+        Some(done) if found.is_empty() && done.unfinished == 0 => String::new(),
+        Some(Collection {
+            records, blobs, unfinished, database_before, database_after, ..
+        }) => {
+            format!(
+                "removed {} and {}; the database takes {}, where it took {}\n",
+                count(records, "result", "results"),
+                count(blobs + unfinished, "file", "files"),
+                BinaryBytes(database_after),
+                BinaryBytes(database_before)
+            )
+        }
+    };
+    output::print(&text)
+}
+
+/// Returns the size of all garbage \[bytes\].
+fn bytes(found: &FoundGarbage) -> u64 {
+    // A file of fields is counted with its result, and an account of a run with none.
+    let runs: HashSet<[u8; 32]> = found.results.iter().filter_map(|result| result.run).collect();
+    let is_account = |file: &&UnusedFile| runs.contains(&file.digest.0);
+    let results = found.results.iter().map(|result| result.bytes);
+    let accounts = found.files_of_results.iter().filter(is_account);
+    results.chain(accounts.chain(&found.files).map(|file| file.bytes)).sum()
+}
+
+/// Lists the garbage: results by the runs that computed them, and files.
+fn list(found: &FoundGarbage, blobs: &Blobs) -> Result<String> {
+    let mut text = String::new();
+    if found.unread > 0 {
+        let records = count(found.unread, "record", "records");
+        text += &format!(
+            "{records} cannot be read by this version of the program, or at all; no files are \
+             removed, which they may need (`store verify` and `store salvage` say more)\n"
+        );
+    }
+    if found.is_empty() {
+        return Ok(text + "nothing to remove\n");
+    }
+    if !found.results.is_empty() {
+        text += &runs(&found.results, blobs)?;
+    }
+    if let Some(last) = found.files.last() {
+        let size: u64 = found.files.iter().map(|file| file.bytes).sum();
+        text += &format!(
+            "{} that nothing refers to, {}, the newest of {}\n",
+            count(found.files.len(), "file", "files"),
+            BinaryBytes(size),
+            time_words(last.changed)
+        );
+    }
+    Ok(text)
+}
+
+/// Lists the runs that computed some results, the oldest first.
+fn runs(results: &[UnusedResult], blobs: &Blobs) -> Result<String> {
+    let mut runs: HashMap<Option<[u8; 32]>, Vec<&UnusedResult>> = HashMap::new();
+    for result in results {
+        runs.entry(result.run).or_default().push(result);
+    }
+    let last = |results: &[&UnusedResult]| results.iter().map(|result| result.finished).max();
+    let mut runs: Vec<_> = runs.into_iter().collect();
+    runs.sort_by_key(|(run, results)| (last(results), *run));
+    let more = runs.len().saturating_sub(MOST_RUNS);
+    runs.truncate(MOST_RUNS);
+    let rows = runs.iter().map(|(run, results)| {
+        let size: u64 = results.iter().map(|result| result.bytes).sum();
+        let finished = last(results).filter(|seconds| *seconds > 0);
+        let account = run.and_then(|run| account(blobs, &run));
+        vec![
+            finished.map_or(Cell::Missing, |seconds| Cell::Text(time_words(seconds))),
+            Cell::Integer(results.len() as i64),
+            Cell::Text(BinaryBytes(size).to_string()),
+            account.map_or(Cell::Missing, |account| Cell::Text(command_words(&account.command))),
+        ]
+    });
+    let heads = ["computed", "results", "size", "by"].map(|name| TableColumn::new(name, ""));
+    let size: u64 = results.iter().map(|result| result.bytes).sum();
+    let mut text = format!(
+        "{} that no study refers to, {}:\n{}",
+        count(results.len(), "result", "results"),
+        BinaryBytes(size),
+        DataTable::new(heads.to_vec(), rows.collect())?.terminal(&layout())
+    );
+    if more > 0 {
+        text += &format!("… and of {}\n", count(more, "later run", "later runs"));
+    }
+    Ok(text)
+}
