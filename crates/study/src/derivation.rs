@@ -249,7 +249,7 @@ fn refuse_place(key: Key, span: &Span, base: &[(Key, Given)], groups: &[Group]) 
     let axes = || groups.iter().flat_map(Group::axes);
     let sets = |axis: &&crate::axis::SweepAxis| {
         let mut given = axis.choices.iter().flat_map(|choice| &choice.given);
-        given.any(|(other, _)| is_same(*other))
+        axis.key().is_some_and(is_same) || given.any(|(other, _)| is_same(*other))
     };
     if let Some(axis) = axes().find(sets) {
         let message = format!("`{path}` is set by an axis, and derived as well");

@@ -139,8 +139,8 @@ impl PointNames {
     ) -> FilterValue<'static> {
         let value = self.0.get(index).and_then(|name| match name.source {
             NameSource::Label { group, axis } => {
-                let choice = groups.get(group)?.axes.get(axis)?.choices.get(*steps.get(group)?)?;
-                Some(choice.shown.clone())
+                let choice = groups.get(group)?.choices(*steps.get(group)?).nth(axis)?;
+                Some(choice.into_owned().shown)
             }
             NameSource::Key(key) => Some(Value::from(&sheet.get(key)?.setting)),
         });
@@ -221,6 +221,11 @@ impl Exclusion {
             }
         };
         self.rules.iter().zip(&holding.0).filter_map(words).collect()
+    }
+
+    /// Returns the place of the first condition.
+    pub(crate) fn place(&self) -> Span {
+        self.rules.first().map_or(0..0, |rule| rule.span.clone())
     }
 
     /// Returns the place of the first condition that uses a key for which something holds.

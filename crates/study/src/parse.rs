@@ -270,6 +270,11 @@ fn parse(
     let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);
     let adaptive = adaptive.or(accuracy.map(Adaptive::Accuracy));
     let exclusion = exclusion::read(&root, &base, &groups, keys(), &columns, &mut mistakes);
+    if let (Some(exclusion), Kind::Sensitivity) = (&exclusion, kind) {
+        let message = "a study of sensitivity needs every point of its design";
+        let mistake = Mistake::new(exclusion.place(), message, "leave this out");
+        mistakes.push(mistake.help("narrow the ranges of `[sample]` to what makes sense"));
+    }
     if let (Some(exclusion), Some(adaptive)) = (&exclusion, &adaptive) {
         mistakes.extend(refuse_chosen(exclusion, adaptive, &groups, &derivation));
     }

@@ -202,6 +202,58 @@ fn points_are_drawn_from_their_distributions() {
     assert_eq!(Value::Number(case.scene.friction.mu), point.values[0]);
 }
 
+/// Keys follow from drawn ones, and conditions look at both and at the labels of drawn tables.
+#[test]
+fn conditions_and_formulas_know_what_is_drawn() {
+    let text = r#"
+name = "x"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+loading.steps = [{}]
+[numerics]
+mesh = 8
+[sample]
+method = "sobol"
+count = 64
+[sample.keys]
+friction.mu = { from = 0.1, to = 0.5 }
+punch = { distribution = "discrete", values = [
+    { label = "small", shape = "sphere", radius = "1 mm" },
+    { label = "large", shape = "sphere", radius = "9 mm" },
+] }
+[derive]
+"loading.steps[0].approach" = "1e-3 * punch.radius"
+[[exclude]]
+when = "punch == 'small' && mu > 0.3"
+[[exclude]]
+when = "approach > 1e-6 && mu < 0.2"
+"#;
+    let study = good(text);
+    let (mut small, mut large) = (0, 0);
+    for point in study.points() {
+        let [Value::Number(mu), Value::Text(punch)] = &point.values[..] else { panic!() };
+        let case = point.job.case().unwrap();
+        let approach = case.scene.loading.steps[0].clone();
+        match punch.as_str() {
+            "small" => assert!(*mu <= 0.3, "{mu}"),
+            _ => assert!(*mu >= 0.2, "{mu}"),
+        }
+        small += usize::from(punch == "small");
+        large += usize::from(punch == "large");
+        assert!(format!("{approach:?}").contains(if punch == "small" { "1e-6" } else { "9e-6" }));
+    }
+    // Half of each range of μ is left to the small spheres, and three quarters to the large ones.
+    assert!((14..=18).contains(&small) && (22..=26).contains(&large), "{small}, {large}");
+    assert_eq!(study.excluded(), 64 - small - large);
+
+    let derived = text.replace("[derive]\n", "[derive]\n\"friction.mu\" = \"0.2\"\n");
+    let said = read(&derived).unwrap_err().to_string();
+    assert!(said.contains("`friction.mu` is set by an axis, and derived as well"), "{said}");
+    let whole = text.replace("name = \"x\"", "name = \"x\"\nkind = \"sensitivity\"");
+    let said = read(&whole).unwrap_err().to_string();
+    assert!(said.contains("a study of sensitivity needs every point of its design"), "{said}");
+}
+
 #[test]
 fn raising_the_count_keeps_every_job() {
     let keys = |method: &str, count: usize| -> Vec<String> {
