@@ -67,6 +67,7 @@ mod study_files;
 mod suggestion;
 pub mod surface;
 mod sweep;
+mod table_text;
 pub mod units;
 mod value;
 mod write;

@@ -28,6 +28,7 @@ use crate::read::{self, Node};
 use crate::sheet::Setting;
 use crate::study_files::{ReadFile, StudyFiles};
 use crate::suggestion::nearest_path;
+use crate::table_text::{TextRow, read_rows};
 use crate::units::{Dimension, LengthUnit, leading_number, quantity, unit_value};
 
 /// The keys of `[points]`.
@@ -115,16 +116,9 @@ impl PointsReading<'_> {
     /// Reads the points, or returns every fault of the file.
     fn points(&self, bytes: &[u8]) -> Result<FilePoints, FileFaults> {
         let text = decode_text(bytes).ok_or_else(|| FileFaults::whole("it is not text"))?;
-        let mut reader = csv::ReaderBuilder::new()
-            .delimiter(delimiter(&text))
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .has_headers(false)
-            .flexible(true)
-            .from_reader(text.as_bytes());
-        let mut records = reader.records();
+        let mut rows = read_rows(&text);
         let not_csv = |error: csv::Error| FileFaults::whole(format!("it is no CSV: {error}"));
-        let heads = match records.next() {
+        let heads = match rows.next() {
             Some(heads) => heads.map_err(not_csv)?,
             None => return Err(FileFaults::whole("it is empty")),
         };
@@ -135,17 +129,16 @@ impl PointsReading<'_> {
         }
         let mut seen: HashMap<Vec<String>, usize> = HashMap::new();
         let mut repeated = 0;
-        for (row, record) in records.enumerate() {
-            let record = record.map_err(not_csv)?;
-            let line = record.position().map_or(row + 2, |place| line_of(place, &text));
+        for (row, record) in rows.enumerate() {
+            let TextRow { line, cells: record } = record.map_err(not_csv)?;
             if (row + 1).saturating_mul(columns.len().max(1)) > MAX_VALUES || row == MAX_POINTS {
                 let most = MAX_POINTS.min(MAX_VALUES / columns.len().max(1));
                 let message = format!("it has more than {most} points");
                 faults.append(FileFaults::whole(message));
                 break;
             }
-            if record.len() != heads.len() {
-                let (found, all) = (record.len(), heads.len());
+            if record.len() != heads.cells.len() {
+                let (found, all) = (record.len(), heads.cells.len());
                 faults.add(Some(FilePlace::line(line)), "", || {
                     format!("{found} values, but {all} heads")
                 });
@@ -200,11 +193,10 @@ impl PointsReading<'_> {
     /// Returns the columns that give keys, and the heads of results.
     fn columns(
         &self,
-        heads: &csv::StringRecord,
+        TextRow { line, cells: heads }: &TextRow,
         faults: &mut FileFaults,
     ) -> (Vec<PointColumn>, Vec<String>) {
         let (mut columns, mut results): (Vec<PointColumn>, Vec<String>) = (Vec::new(), Vec::new());
-        let line = heads.position().map_or(1, |place| place.line() as usize);
         if heads.len() > MAX_AXES {
             faults.append(FileFaults::whole(format!("it has more than {MAX_AXES} columns")));
             return (columns, results);
@@ -217,7 +209,7 @@ impl PointsReading<'_> {
             if !self.wanted.as_ref().is_none_or(is_wanted) {
                 continue;
             }
-            let place = Some(FilePlace { line, value: index + 1 });
+            let place = Some(FilePlace { line: *line, value: index + 1 });
             let key = Key::find(name).or_else(|| Key::of_column(name));
             if key.is_none() && (self.is_result)(name) {
                 results.push(name.to_owned());
@@ -259,23 +251,6 @@ impl PointsReading<'_> {
         }
         remarks
     }
-}
-
-/// Returns the line of a record, counted from 1. The place of a record is that of the empty lines
-/// and comments before it.
-fn line_of(place: &csv::Position, text: &str) -> usize {
-    let rest = text.get(place.byte() as usize..).unwrap_or_default();
-    let is_skipped = |line: &&str| line.trim_matches('\r').is_empty() || line.starts_with('#');
-    place.line() as usize + rest.split('\n').take_while(is_skipped).count()
-}
-
-/// Returns the sign between the values of a line: the one of which the first line has most.
-fn delimiter(text: &str) -> u8 {
-    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let count =
-        |sign: &u8| first.map_or(0, |line| line.bytes().filter(|byte| byte == sign).count());
-    // Of equal counts the last one counts.
-    [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
 }
 
 /// Splits a head into the name and the unit: `radius [mm]`.
