@@ -128,18 +128,18 @@ impl Study {
     }
 
     /// Refuses a distribution that reaches values without meaning: each drawn key is taken as far
-    /// as any point can be, with the others at their medians and the axes at their first values.
+    /// as any point can be, with the others at their medians and the axes at the first values that
+    /// the conditions keep there. What they leave out further out need not make sense.
     fn check_reach(&self) -> Result<(), Vec<Mistake>> {
         /// The least part that a design draws.
         const LEAST: f64 = 1.0 / (1_u64 << 53) as f64;
         let Some(group) = self.sample() else { return Ok(()) };
-        let wrong = |parts: &[f64]| {
-            let mut sheet = self.sheet(&vec![0; self.groups.len()]);
-            group.draw(parts, &mut sheet);
-            self.assembled(&sheet).err().unwrap_or_default()
-        };
         let middle = vec![0.5; group.axes.len()];
-        if !wrong(&middle).is_empty() {
+        let combinations = (0..self.points).step_by(group.length).take(TRIED_POINTS);
+        let mut kept = combinations.map(|index| axis::steps(&self.groups, index));
+        let found = kept.find_map(|steps| Some((self.mistakes_drawn(&steps, &middle)?, steps)));
+        let Some((at_middle, steps)) = found else { return Ok(()) };
+        if !at_middle.is_empty() {
             // What is wrong there as well is no fault of a distribution's ends.
             return Ok(());
         }
@@ -148,8 +148,8 @@ impl Study {
             for part in [LEAST, 1.0 - LEAST] {
                 let mut parts = middle.clone();
                 parts[index] = part;
-                mistakes
-                    .extend(wrong(&parts).into_iter().map(|mistake| axis.beyond(part, mistake)));
+                let wrong = self.mistakes_drawn(&steps, &parts).unwrap_or_default();
+                mistakes.extend(wrong.into_iter().map(|mistake| axis.beyond(part, mistake)));
             }
         }
         if mistakes.is_empty() { Ok(()) } else { Err(mistakes) }
@@ -243,7 +243,7 @@ fn parse(
     base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
     let mut kind_table = kind.read_table(&root, &groups, &mut mistakes);
     if mistakes.is_empty() {
-        kind.arrange(&root, &kind_table, &mut groups, &mut mistakes);
+        kind.arrange(&root, &adaptive::RULES, &kind_table, &mut groups, &mut mistakes);
         mistakes.extend(sweep::too_many_points(&groups, shards));
     }
     let before = mistakes.len();

@@ -44,7 +44,6 @@ use crate::axis::{Group, MAX_POINTS, MAX_SHARDS, SweepAxis};
 use crate::columns::Column;
 use crate::derivation::Derivation;
 use crate::design::SamplingMethod;
-use crate::design::arrangement::Arrangement;
 use crate::error::{Mistake, StudyError};
 use crate::exclusion::{Exclusion, HoldingCounts};
 use crate::figure::Figure;
@@ -282,15 +281,17 @@ impl Study {
             group.axes.iter().map(|axis| (axis.key(), axis.distribution.clone())).collect()
         };
         let is_other = (design.method(), design.seed()) != (before.method(), before.seed())
+            || design.arrangement() != before.arrangement()
             || drawn(sample) != drawn(other);
         if is_other || design.is_kept_by(before) || before.is_kept_by(design) {
             return Ok(());
         }
         let count = before.count();
         let message = format!(
-            "a {} of {} points keeps none of the {count} that `{}` has in the store",
-            design.method().name(),
+            "{} of {} {} keeps none of the {count} that `{}` has in the store",
+            design.method().noun(),
             design.count(),
+            design.arrangement().noun(),
             self.name
         );
         let doubled = [2, 4].map(|factor| u64::from(count) * factor);
@@ -308,10 +309,7 @@ impl Study {
         let is_uneven = design.method() == SamplingMethod::Sobol && !count.is_power_of_two();
         is_uneven.then(|| {
             let below = 1_u32 << count.ilog2();
-            let what = match design.arrangement() {
-                Arrangement::Plain => "points",
-                _ => "rows",
-            };
+            let what = design.arrangement().noun();
             format!(
                 "the {count} {what} of the sample are no power of two, where Sobol' points are \
                  most even: {below} or {}",
@@ -326,11 +324,14 @@ impl Study {
     pub fn point_drawn(&self, index: usize, parts: &[f64]) -> Option<StudyPoint> {
         let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
         let sample = self.groups.iter().position(|group| group.design.is_some())?;
-        let mut sheet = self.sheet(&steps);
-        let drawn = self.groups[sample].draw(parts, &mut sheet);
+        let (sheet, mistakes) = self.filled(&steps, Some(parts), &[]);
+        if !mistakes.is_empty() {
+            return None;
+        }
         let job = self.assembled(&sheet).ok()?;
         let mut values = self.point(index)?.values;
         let before: usize = self.groups[..sample].iter().map(|group| group.axes.len()).sum();
+        let drawn = self.groups[sample].drawn_values(parts);
         values.splice(before..before + drawn.len(), drawn);
         Some(StudyPoint { values, key: job.key(), job })
     }
@@ -342,7 +343,7 @@ impl Study {
         show: impl FnOnce(&mut Vec<Value>),
     ) -> Option<StudyPoint> {
         let StudyPoint { mut values, .. } = self.point(index)?;
-        let (sheet, mistakes) = self.filled(&axis::steps(&self.groups, index), settings);
+        let (sheet, mistakes) = self.filled(&axis::steps(&self.groups, index), None, settings);
         if !mistakes.is_empty() {
             return None;
         }
@@ -541,6 +542,21 @@ impl Study {
         })
     }
 
+    /// Returns what is wrong with a point whose sample is drawn at some parts of its distributions;
+    /// `None` where the conditions leave it out.
+    pub(crate) fn mistakes_drawn(&self, steps: &[usize], parts: &[f64]) -> Option<Vec<Mistake>> {
+        let (sheet, mistakes) = self.filled(steps, Some(parts), &[]);
+        if let Some(exclusion) = &self.exclusion
+            && !exclusion.excludes(&self.groups, steps, &sheet).is_ok_and(|(excluded, _)| !excluded)
+        {
+            return None;
+        }
+        match mistakes.is_empty() {
+            true => Some(self.assembled(&sheet).err().unwrap_or_default()),
+            false => Some(mistakes),
+        }
+    }
+
     /// Returns whether the points that differ only in the steps of a group of axes belong together:
     /// the results at some say which others there are, or they are compared with each other.
     pub fn is_sequence(&self, group: usize) -> bool {
@@ -566,15 +582,24 @@ impl Study {
 
     /// Returns the sheet of a point, without what cannot be derived there.
     pub(crate) fn sheet(&self, steps: &[usize]) -> Sheet<'_> {
-        self.filled(steps, &[]).0
+        self.filled(steps, None, &[]).0
     }
 
-    /// Returns the sheet of a point with some settings in place of its own, and why keys cannot be
-    /// derived there.
-    fn filled(&self, steps: &[usize], settings: &[(Key, Setting)]) -> (Sheet<'_>, Vec<Mistake>) {
+    /// Returns the sheet of a point and why keys cannot be derived there. The sample may be drawn at
+    /// some `parts` of its distributions in place of those of its step, and some `settings` stand
+    /// in place of the point's own. Keys are derived from all of these.
+    pub(crate) fn filled(
+        &self,
+        steps: &[usize],
+        parts: Option<&[f64]>,
+        settings: &[(Key, Setting)],
+    ) -> (Sheet<'_>, Vec<Mistake>) {
         let mut sheet = Sheet::new(self.base.iter().map(|(key, given)| (*key, given)));
         for (group, step) in self.groups.iter().zip(steps) {
-            group.apply(*step, &mut sheet);
+            match parts {
+                Some(parts) if group.design.is_some() => group.draw(parts, &mut sheet),
+                _ => group.apply(*step, &mut sheet),
+            }
         }
         for (key, setting) in settings {
             let given = Given { setting: setting.clone(), span: 0..0, nth: None };
@@ -586,7 +611,7 @@ impl Study {
     }
 
     pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Mistake>> {
-        let (sheet, mistakes) = self.filled(steps, &[]);
+        let (sheet, mistakes) = self.filled(steps, None, &[]);
         if !mistakes.is_empty() {
             return Err(mistakes);
         }
