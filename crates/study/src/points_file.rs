@@ -10,7 +10,8 @@
 //! `punch.radius`, `radius`, `radius [mm]`. A value without a unit is in SI units, or has one of
 //! its own: `5 mm`. The columns are axes that advance together; `[sweep]` may have others beside
 //! them.
-//! What `query --format csv` writes can be read: columns of results are left out, which is said.
+//! What `query --format csv` writes can be read: columns of results and of the labels of tables are
+//! left out, which is said.
 
 use std::collections::HashMap;
 
@@ -53,6 +54,16 @@ struct PointColumn {
     /// The index in the file.
     index: usize,
     choices: Vec<Choice>,
+}
+
+/// The columns of a file by what they are for.
+#[derive(Default)]
+struct PointHeads {
+    columns: Vec<PointColumn>,
+    /// The heads of results.
+    results: Vec<String>,
+    /// The heads of the labels of tables.
+    labels: Vec<String>,
 }
 
 /// Reads `[points]` and the file that it names, which is kept among the files of the study.
@@ -123,7 +134,7 @@ impl PointsReading<'_> {
             None => return Err(FileFaults::whole("it is empty")),
         };
         let mut faults = FileFaults::default();
-        let (mut columns, results) = self.columns(&heads, &mut faults);
+        let PointHeads { mut columns, results, labels } = self.columns(&heads, &mut faults);
         if faults.is_empty() && columns.is_empty() {
             faults.append(FileFaults::whole("no head is a key of the scene or the numerics"));
         }
@@ -187,19 +198,20 @@ impl PointsReading<'_> {
             span: self.span.clone(),
         });
         let group = Group::listed(axes.collect(), length);
-        Ok(FilePoints { group, remarks: self.remarks(&results, repeated) })
+        Ok(FilePoints { group, remarks: self.remarks(&results, &labels, repeated) })
     }
 
-    /// Returns the columns that give keys, and the heads of results.
+    /// Tells the columns apart.
     fn columns(
         &self,
         TextRow { line, cells: heads }: &TextRow,
         faults: &mut FileFaults,
-    ) -> (Vec<PointColumn>, Vec<String>) {
-        let (mut columns, mut results): (Vec<PointColumn>, Vec<String>) = (Vec::new(), Vec::new());
+    ) -> PointHeads {
+        let mut found = PointHeads::default();
+        let PointHeads { columns, results, labels } = &mut found;
         if heads.len() > MAX_AXES {
             faults.append(FileFaults::whole(format!("it has more than {MAX_AXES} columns")));
-            return (columns, results);
+            return found;
         }
         let mut missing: Vec<&String> = self.wanted.iter().flatten().collect();
         for (index, head) in heads.iter().enumerate() {
@@ -213,6 +225,10 @@ impl PointsReading<'_> {
             let key = Key::find(name).or_else(|| Key::of_column(name));
             if key.is_none() && (self.is_result)(name) {
                 results.push(name.to_owned());
+                continue;
+            }
+            if self.wanted.is_none() && is_label(name, key, heads) {
+                labels.push(name.to_owned());
                 continue;
             }
             match column_of(key, name, unit) {
@@ -229,16 +245,20 @@ impl PointsReading<'_> {
         for name in missing {
             faults.append(FileFaults::whole(format!("it has no column `{name}`")));
         }
-        (columns, results)
+        found
     }
 
-    fn remarks(&self, results: &[String], repeated: usize) -> Vec<String> {
+    fn remarks(&self, results: &[String], labels: &[String], repeated: usize) -> Vec<String> {
         let file = wording::excerpt(self.file, 60);
         let mut remarks = Vec::new();
-        if !results.is_empty() {
+        let reasons = [
+            (results, "they are results"),
+            (labels, "they name tables whose keys stand beside them"),
+        ];
+        for (names, reason) in reasons.into_iter().filter(|(names, _)| !names.is_empty()) {
             remarks.push(format!(
-                "points {file}: left out, since they are results: {}",
-                wording::excerpt(&results.join(", "), 300)
+                "points {file}: left out, since {reason}: {}",
+                wording::excerpt(&names.join(", "), 300)
             ));
         }
         if repeated > 0 {
@@ -265,6 +285,19 @@ fn parts(head: &str) -> (&str, Option<&str>) {
         }
         _ => (head, None),
     }
+}
+
+/// Returns whether a column has the labels of a table of which keys stand in other columns.
+fn is_label(name: &str, key: Option<Key>, heads: &csv::StringRecord) -> bool {
+    let is_key = key.is_some_and(|key| !matches!(key.quantity(), Quantity::List(_)));
+    let table = Table::find(name).or_else(|| Table::of_column(name)).filter(|_| !is_key);
+    let is_beside = |table: Table| {
+        let others = heads.iter().map(|head| parts(head).0).filter(|other| *other != name);
+        let mut keys =
+            others.filter_map(|other| Key::find(other).or_else(|| Key::of_column(other)));
+        keys.any(|key| key.is_under(&table))
+    };
+    table.is_some_and(is_beside)
 }
 
 /// Returns the key of a head, or why it gives none.
