@@ -373,6 +373,18 @@ pub(crate) fn point_level(groups: &[Group], steps: &[usize]) -> u32 {
     levels.max().unwrap_or(0)
 }
 
+/// Returns the number of entries that [`Key::Layers`] or [`Key::Steps`] has in the scene: those that
+/// the base gives, else those that axes make, from the first one on without a gap.
+pub(crate) fn entries(list: Key, base: &[(Key, Given)], groups: &[Group]) -> u32 {
+    let scene = Sheet::new(base.iter().map(|(key, given)| (*key, given)));
+    if scene.get(list).is_some() {
+        return scene.length(list);
+    }
+    let made = groups.iter().flat_map(Group::axes).filter_map(|axis| axis.target.entry());
+    let made: HashSet<u32> = made.filter_map(|(of, index)| (of == list).then_some(index)).collect();
+    (0..).find(|index| !made.contains(index)).unwrap_or(0)
+}
+
 /// Returns every key that a base or an axis gives; some are returned more than once.
 pub(crate) fn keys<'a>(
     base: &'a [(Key, Given)],

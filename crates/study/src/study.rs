@@ -357,16 +357,21 @@ impl Study {
     pub fn refuse(&self, index: usize, error: &SceneError) -> StudyError {
         let sheet = self.sheet(&axis::steps(&self.groups, index.min(self.points - 1)));
         let mut mistake = locate(error, &sheet, &self.places);
-        let values = self.point(index).map(|point| point.values).unwrap_or_default();
-        let coordinates: Vec<String> = self
-            .axes()
-            .zip(&values)
-            .map(|(axis, value)| format!("{} = {value}", axis.column()))
-            .collect();
+        let coordinates = self.coordinates(&axis::steps(&self.groups, index.min(self.points - 1)));
         if !coordinates.is_empty() {
-            mistake.help = format!("it is so at {}", coordinates.join(", "));
+            mistake.help = format!("it is so at {coordinates}");
         }
         StudyError::new(&self.path, &self.text, vec![mistake])
+    }
+
+    /// Returns the value of each axis at a point, in words.
+    fn coordinates(&self, steps: &[usize]) -> String {
+        let of_group = |(group, step): (&Group, &usize)| {
+            let values = group.axes.iter().map(SweepAxis::column).zip(group.choices(*step));
+            let words = values.map(|(column, choice)| format!("{column} = {}", choice.shown));
+            words.collect::<Vec<_>>().join(", ")
+        };
+        self.groups.iter().zip(steps).map(of_group).collect::<Vec<_>>().join(", ")
     }
 
     /// Returns the error of the condition of `[bisect]`, at its place in the file. The lines of
@@ -611,11 +616,26 @@ impl Study {
     }
 
     pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Mistake>> {
-        let (sheet, mistakes) = self.filled(steps, None, &[]);
-        if !mistakes.is_empty() {
-            return Err(mistakes);
+        let (sheet, mut mistakes) = self.filled(steps, None, &[]);
+        if mistakes.is_empty() {
+            match self.assembled(&sheet) {
+                Ok(job) => return Ok(job),
+                Err(found) => mistakes = found,
+            }
         }
-        self.assembled(&sheet)
+        let coordinates = self.coordinates(steps);
+        let place = match coordinates.is_empty() {
+            true => String::new(),
+            false => format!("it is so at {coordinates}\n"),
+        };
+        let help = format!("{place}[[exclude]] leaves out points at which a formula means nothing");
+        let located = mistakes.into_iter().map(|mistake| {
+            match mistake.help.is_empty() && self.derivation.has_place(&mistake.span) {
+                true => mistake.help(help.clone()),
+                false => mistake,
+            }
+        });
+        Err(located.collect())
     }
 
     /// Assembles the job of a sheet, which must suit the study's choice of points as well.
