@@ -80,6 +80,7 @@ pub use definition::DefinitionError;
 pub use design::{Design, SamplingMethod};
 pub use distribution::Distribution;
 pub use error::{Mistake, Span, StudyError};
+pub use exclusion::{HoldingCounts, PointDecision};
 pub use figure::Figure;
 pub use file_fault::FileFaults;
 pub use job::{Case, Job};

@@ -45,7 +45,7 @@ use crate::columns::Column;
 use crate::derivation::Derivation;
 use crate::design::SamplingMethod;
 use crate::error::{Mistake, StudyError};
-use crate::exclusion::{Exclusion, HoldingCounts};
+use crate::exclusion::{Exclusion, HoldingCounts, PointDecision};
 use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::Key;
@@ -474,9 +474,8 @@ impl Study {
         // A study that can be listed has left them out already.
         let listed = indices.len();
         if !self.is_listed() && self.exclusion.is_some() {
-            let kept = |index: usize| match self.leaves_out(index) {
-                Ok(true) => None,
-                Ok(false) => Some(Ok(index)),
+            let kept = |index: usize| match self.decided(index) {
+                Ok(decision) => (!decision.is_excluded).then_some(Ok(index)),
                 Err(mistake) => Some(Err(mistake)),
             };
             let kept: Result<Vec<usize>, Mistake> =
@@ -497,20 +496,41 @@ impl Study {
         Ok(Study { part: Some(indices.into()), excluded, ..self.clone() })
     }
 
-    /// Returns whether the conditions leave out the point with an index.
+    /// Returns what the conditions decide about the point with an index.
     ///
     /// # Errors
     ///
     /// Returns the mistake of a condition that has no meaning at the point, at its place.
-    pub fn excludes(&self, index: usize) -> Result<bool, StudyError> {
-        self.leaves_out(index)
+    pub fn decision(&self, index: usize) -> Result<PointDecision, StudyError> {
+        self.decided(index)
             .map_err(|mistake| StudyError::new(&self.path, &self.text, vec![mistake]))
     }
 
-    fn leaves_out(&self, index: usize) -> Result<bool, Mistake> {
-        let Some(exclusion) = &self.exclusion else { return Ok(false) };
+    fn decided(&self, index: usize) -> Result<PointDecision, Mistake> {
+        let Some(exclusion) = &self.exclusion else { return Ok(PointDecision::default()) };
         let steps = axis::steps(&self.groups, index);
-        exclusion.excludes(&self.groups, &steps, &self.sheet(&steps)).map(|(excluded, _)| excluded)
+        exclusion.excludes(&self.groups, &steps, &self.sheet(&steps))
+    }
+
+    /// Returns the remarks on conditions that change nothing at all the points of the study, of
+    /// which some are `excluded`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error, at the place of the first condition, if they leave no point.
+    pub fn idle_conditions(
+        &self,
+        excluded: usize,
+        holding: &HoldingCounts,
+    ) -> Result<Vec<String>, StudyError> {
+        match &self.exclusion {
+            None => Ok(Vec::new()),
+            Some(exclusion) if excluded == self.points => {
+                let mistake = exclusion.leaves_none(self.points);
+                Err(StudyError::new(&self.path, &self.text, vec![mistake]))
+            }
+            Some(exclusion) => Ok(exclusion.idle(self.points, holding)),
+        }
     }
 
     /// Leaves out the points for which the conditions say so, in a study that can be listed.
@@ -518,19 +538,17 @@ impl Study {
         let Some(exclusion) = self.exclusion.as_ref().filter(|_| self.is_listed()) else {
             return Ok(());
         };
-        let decide = |index: usize| {
-            let steps = axis::steps(&self.groups, index);
-            exclusion.excludes(&self.groups, &steps, &self.sheet(&steps))
-        };
-        let decided: Vec<(bool, HoldingCounts)> =
-            (0..self.points).into_par_iter().map(decide).collect::<Result<_, _>>()?;
+        let decided: Vec<PointDecision> = (0..self.points)
+            .into_par_iter()
+            .map(|index| self.decided(index))
+            .collect::<Result<_, _>>()?;
         let kept =
-            |(index, (excluded, _)): (usize, &(bool, HoldingCounts))| (!excluded).then_some(index);
+            |(index, decision): (usize, &PointDecision)| (!decision.is_excluded).then_some(index);
         let part: Vec<usize> = decided.iter().enumerate().filter_map(kept).collect();
         if part.is_empty() {
             return Err(exclusion.leaves_none(self.points));
         }
-        let holding = decided.into_iter().map(|(_, holding)| holding);
+        let holding = decided.into_iter().map(|decision| decision.holding);
         let holding = holding.fold(HoldingCounts::default(), HoldingCounts::with);
         self.remarks.extend(exclusion.idle(self.points, &holding));
         self.excluded = self.points - part.len();
@@ -543,7 +561,7 @@ impl Study {
     pub(crate) fn has(&self, steps: &[usize]) -> bool {
         self.exclusion.as_ref().is_none_or(|exclusion| {
             let decided = exclusion.excludes(&self.groups, steps, &self.sheet(steps));
-            decided.is_ok_and(|(excluded, _)| !excluded)
+            decided.is_ok_and(|decision| !decision.is_excluded)
         })
     }
 
@@ -552,7 +570,9 @@ impl Study {
     pub(crate) fn mistakes_drawn(&self, steps: &[usize], parts: &[f64]) -> Option<Vec<Mistake>> {
         let (sheet, mistakes) = self.filled(steps, Some(parts), &[]);
         if let Some(exclusion) = &self.exclusion
-            && !exclusion.excludes(&self.groups, steps, &sheet).is_ok_and(|(excluded, _)| !excluded)
+            && !exclusion
+                .excludes(&self.groups, steps, &sheet)
+                .is_ok_and(|decision| !decision.is_excluded)
         {
             return None;
         }

@@ -448,3 +448,28 @@ fn parts_of_a_large_study_leave_out_their_own_points() {
     assert_eq!(part.indices().collect::<Vec<_>>(), [700_000_000, 700_000_001]);
     assert_eq!(part.excluded(), 2);
 }
+
+/// The conditions of a large study are judged by whoever goes through its points.
+#[test]
+fn conditions_of_a_large_study_are_remarked_by_their_counts() {
+    let text = GOOD.replace(
+        "\"friction.mu\" = [0.1, 0.2, 0.3]\n",
+        "\"friction.mu\" = { from = 0, to = 1, count = 150000 }\n",
+    );
+    let judged = |conditions: &str| {
+        let text = format!("{text}{conditions}");
+        let study = Study::parse_sharded(&text, "study.toml", &mut no_files).unwrap();
+        assert!(!study.is_listed());
+        let (mut excluded, mut holding) = (0, study::HoldingCounts::default());
+        for index in 0..study.len() {
+            let decision = study.decision(index).unwrap();
+            excluded += usize::from(decision.is_excluded);
+            holding = holding.with(decision.holding);
+        }
+        study.idle_conditions(excluded, &holding).map_err(|error| error.to_string())
+    };
+    let remarks = judged("[[exclude]]\nwhen = \"mu > 2\"\n[[exclude]]\nwhen = \"mu > 0.5\"\n");
+    assert_eq!(remarks, Ok(vec!["[[exclude]] `mu > 2` holds at no point".to_owned()]));
+    let refused = judged("[[keep]]\nwhen = \"radius > 7\"\n").unwrap_err();
+    assert!(refused.contains("leave none of the study's 300000 points"), "{refused}");
+}
