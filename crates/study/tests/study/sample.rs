@@ -231,7 +231,7 @@ when = "approach > 1e-6 && mu < 0.2"
     for point in study.points() {
         let [Value::Number(mu), Value::Number(radius)] = &point.values[..] else { panic!() };
         let case = point.job.case().unwrap();
-        let approach = case.scene.loading.steps[0].clone();
+        let approach = case.scene.loading.steps[0];
         let is_small = *radius < 5e-3;
         assert!(if is_small { *mu <= 0.3 } else { *mu >= 0.2 }, "{mu}");
         small += usize::from(is_small);
