@@ -152,7 +152,8 @@ impl Kind {
         mistakes: &mut Vec<Mistake>,
     ) {
         let Some(arrange) = self.spec().arrange else { return };
-        for (name, node) in ["refine", "bisect"].iter().filter_map(|name| root.get_key_value(*name))
+        for (name, node) in
+            ["refine", "bisect", "find", "fill"].iter().filter_map(|name| root.get_key_value(*name))
         {
             let message = format!(
                 "a study of kind \"{}\" compares the points of its design, and `[{}]` chooses others",
