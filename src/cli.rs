@@ -85,7 +85,7 @@ pub(crate) enum Command {
     Show(ShowArgs),
     /// Draw the figures that answer a study's question
     #[command(
-        after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot cattaneo-loop --figure loss --output loss.svg\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg\n  tribosweep plot wheel-on-rail --y hertz_a,hertz_b\n\n--x, --y, --series, --panels, --steps, --log-x and --log-y change one figure: that of --figure, else the study's first."
+        after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot cattaneo-loop --figure loss --output loss.svg\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg\n  tribosweep plot wheel-on-rail --y hertz_a,hertz_b\n  tribosweep plot uncertain-coating --x stick_fraction --kind histogram --share\n\n--kind, --bins, --share, --x, --y, --series, --panels, --steps, --log-x and --log-y change one figure: that of --figure, else the study's first."
     )]
     Plot(PlotArgs),
     /// Write one page of HTML about a study: answer, figures, table, fields, failures, provenance
