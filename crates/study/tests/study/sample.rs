@@ -233,7 +233,7 @@ when = "approach > 1e-6 && mu < 0.2"
     for point in study.points() {
         let [Value::Number(mu), Value::Text(punch)] = &point.values[..] else { panic!() };
         let case = point.job.case().unwrap();
-        let approach = case.scene.loading.steps[0].clone();
+        let approach = case.scene.loading.steps[0];
         match punch.as_str() {
             "small" => assert!(*mu <= 0.3, "{mu}"),
             _ => assert!(*mu >= 0.2, "{mu}"),
