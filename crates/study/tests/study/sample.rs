@@ -202,13 +202,14 @@ fn points_are_drawn_from_their_distributions() {
     assert_eq!(Value::Number(case.scene.friction.mu), point.values[0]);
 }
 
-/// Keys follow from drawn ones, and conditions look at both and at the labels of drawn tables.
+/// Keys follow from drawn ones, and conditions look at both.
 #[test]
 fn conditions_and_formulas_know_what_is_drawn() {
     let text = r#"
 name = "x"
 [scene]
 foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere" }
 loading.steps = [{}]
 [numerics]
 mesh = 8
@@ -217,32 +218,28 @@ method = "sobol"
 count = 64
 [sample.keys]
 friction.mu = { from = 0.1, to = 0.5 }
-punch = { distribution = "discrete", values = [
-    { label = "small", shape = "sphere", radius = "1 mm" },
-    { label = "large", shape = "sphere", radius = "9 mm" },
-] }
+punch.radius = { values = ["1 mm", "9 mm"] }
 [derive]
 "loading.steps[0].approach" = "1e-3 * punch.radius"
 [[exclude]]
-when = "punch == 'small' && mu > 0.3"
+when = "radius == 0.001 && mu > 0.3"
 [[exclude]]
-when = "approach > 1e-6 && mu < 0.2"
+when = "approach > 2e-6 && mu < 0.2"
 "#;
     let study = good(text);
+    let columns = study.columns();
+    let approach = study::columns::find(&columns, "approach").unwrap();
     let (mut small, mut large) = (0, 0);
     for point in study.points() {
-        let [Value::Number(mu), Value::Text(punch)] = &point.values[..] else { panic!() };
-        let case = point.job.case().unwrap();
-        let approach = case.scene.loading.steps[0];
-        match punch.as_str() {
-            "small" => assert!(*mu <= 0.3, "{mu}"),
-            _ => assert!(*mu >= 0.2, "{mu}"),
-        }
-        small += usize::from(punch == "small");
-        large += usize::from(punch == "large");
-        assert!(format!("{approach:?}").contains(if punch == "small" { "1e-6" } else { "9e-6" }));
+        let [Value::Number(mu), Value::Number(radius)] = point.values[..] else { panic!() };
+        let is_small = radius == 1e-3;
+        assert!(if is_small { mu <= 0.3 } else { mu >= 0.2 }, "{radius}: {mu}");
+        let expected = if is_small { 1e-6 } else { 9e-6 };
+        assert_eq!(approach.value(&point, None), Value::Number(expected));
+        small += usize::from(is_small);
+        large += usize::from(!is_small);
     }
-    // Half of each range of μ is left to the small spheres, and three quarters to the large ones.
+    // Half of the range of μ is left to the small spheres, and three quarters to the large ones.
     assert!((14..=18).contains(&small) && (22..=26).contains(&large), "{small}, {large}");
     assert_eq!(study.excluded(), 64 - small - large);
 
