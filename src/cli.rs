@@ -611,7 +611,7 @@ pub(crate) enum StoreCommand {
     },
     /// Remove results and files that no study refers to; the database shrinks
     #[command(
-        after_help = "Examples:\n  tribosweep store gc --dry-run\n  tribosweep store gc\n  tribosweep store gc --older-than 30d --larger-than 10MB\n\nWhat is removed is listed first. Nothing that a study refers to is removed, also where a study chooses points or shares results with others. A run that needs a removed result computes it again. While a run has the store, it is refused."
+        after_help = "Examples:\n  tribosweep store gc --dry-run\n  tribosweep store gc\n  tribosweep store gc --older-than 30d --larger-than 10MB\n\nWhat is removed is listed first. Nothing that a study refers to is removed, also where a study chooses points or shares results with others. Results of earlier versions of the physics stay for `diff`, and those that an unfinished study may yet choose. A run that needs a removed result computes it again. While a run has the store, it is refused."
     )]
     Gc(GcArgs),
     /// Write a store, or some of its studies, into one checksummed file, also while a run goes on
