@@ -100,7 +100,7 @@ pub(crate) enum Command {
     Cite(CiteArgs),
     /// Compare the results of two studies, or those of one study in two stores
     #[command(
-        after_help = "Examples:\n  tribosweep diff stick-zone stick-zone-fine --tolerance 0.1%\n  tribosweep diff stick-zone --other before/.tribosweep     what another store, or another version of the program, has\n  tribosweep diff stick-zone --other exports --select load,stick_fraction --format csv\n\nPoints are matched by the values of the axes of both. Numbers below 1e-9 of the largest one of their unit at a point are taken for noise. Where a store has results of earlier physics only, these are compared.\n\nExit codes: 0 the same, 2 something differs, 1 a mistake in what was asked."
+        after_help = "Examples:\n  tribosweep diff stick-zone stick-zone-fine --tolerance 0.1%\n  tribosweep diff stick-zone --other before/.tribosweep     what another store, or another version of the program, has\n  tribosweep diff stick-zone --other exports --select load,stick_fraction --format csv\n\nPoints are matched by the values of the axes of both. Numbers below 1e-9 of the largest quantity of their unit at a point are taken for noise; with --tolerance 0 every digit counts. Where a store has results of earlier physics only, these are compared.\n\nExit codes: 0 the same, 2 something differs, 1 nothing could be compared, or a mistake in what was asked."
     )]
     Diff(DiffArgs),
     /// Put words to a study, to tell it from others

@@ -302,6 +302,14 @@ fn studies_are_held_against_each_other() {
     let finer = SMALL.replace("\"small\"", "\"finer\"").replace("mesh = 6", "mesh = 8");
     place.write("finer.toml", finer.replace("[0.0, 0.3]", "[0.3, 0.4]"));
     assert_eq!(place.call("run finer.toml --workers 2").code, 0);
+    let other = SMALL.replace("\"small\"", "\"other\"");
+    place.write("other.toml", other.replace("[0.0, 0.3]", "[0.2, 0.4]"));
+    assert_eq!(place.call("run other.toml --workers 2").code, 0);
+    // A study without results.
+    let definition = Store::read(&place.path(".tribosweep")).unwrap().study("small").unwrap();
+    let none = Store::open(&place.path("none")).unwrap();
+    none.put_study("small", &definition.unwrap()).unwrap();
+    drop(none);
     insta::assert_snapshot!(place.transcript(&[
         &["diff", "small", "small"],
         &["diff", "small", "finer", "--select", "load,stick_elements,status"],
@@ -312,6 +320,9 @@ fn studies_are_held_against_each_other() {
         &["diff", "small", "finer", "--select", "lod"],
         &["diff", "small", "finer", "--tolerance", "much"],
         &["diff", "small", "--other", "nowhere"],
+        &["diff", "small", "other", "--select", "load", "--common"],
+        &["diff", "small", "small", "--select", "load", "--tolerance", "0"],
+        &["diff", "small", "--store", "none", "--other", "none"],
     ]));
     let found = place.json("diff small finer --json --select load,status");
     assert_eq!((&found["same"], &found["common"]), (&false.into(), &3.into()));
