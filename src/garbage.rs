@@ -109,7 +109,8 @@ impl FoundGarbage {
     /// A study or what it refers to cannot be read, so that nobody knows what it needs.
     pub(crate) fn find(reader: &StoreReader, limits: &GarbageLimits) -> Result<Self> {
         let needs = Needs::of(reader)?;
-        let cutoff = limits.cutoff();
+        let age = limits.cutoff();
+        let is_old = |time: u64| age.is_none_or(|cutoff| time > 0 && time <= cutoff);
         let sizes: HashMap<Digest, UnusedFile> = stored_files(reader)?;
         let mut found = Self::default();
         let mut needed: HashSet<Digest> = reader.studies()?.into_values().collect();
@@ -172,7 +173,7 @@ impl FoundGarbage {
         let (mut chosen, mut left): (Vec<_>, Vec<_>) = (Vec::new(), Vec::new());
         for mut result in std::mem::take(&mut found.results) {
             result.bytes += fields(&result);
-            let is_chosen = limits.allows(result.bytes) && result.finished <= cutoff;
+            let is_chosen = limits.allows(result.bytes) && is_old(result.finished);
             if is_chosen { chosen.push(result) } else { left.push(result) }
         }
         needed.extend(left.into_iter().flat_map(|result| result.files));
@@ -187,7 +188,7 @@ impl FoundGarbage {
                 }
                 if of_results.contains(&digest) {
                     found.files_of_results.push(file);
-                } else if limits.allows(file.bytes) && file.changed <= cutoff {
+                } else if limits.allows(file.bytes) && is_old(file.changed) {
                     found.files.push(file);
                 }
             }
@@ -202,7 +203,8 @@ impl FoundGarbage {
     pub(crate) fn garbage(&self) -> Garbage {
         Garbage {
             records: self.results.iter().map(|result| result.key).collect(),
-            blobs: self.all_files().map(|file| file.digest).collect(),
+            blobs: self.files_of_results.iter().map(|file| file.digest).collect(),
+            loose_blobs: self.files.iter().map(|file| file.digest).collect(),
         }
     }
 
@@ -218,11 +220,11 @@ impl FoundGarbage {
 }
 
 impl GarbageLimits {
-    /// Returns the time before which something must have been made.
-    fn cutoff(&self) -> u64 {
-        let Some(age) = self.older_than else { return u64::MAX };
+    /// Returns the time before which something must have been made, if that matters. What has no
+    /// known time was not made before it.
+    fn cutoff(&self) -> Option<u64> {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-        now.saturating_sub(age.as_secs())
+        Some(now.saturating_sub(self.older_than?.as_secs()))
     }
 
     fn allows(&self, bytes: u64) -> bool {

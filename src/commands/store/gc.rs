@@ -66,6 +66,7 @@ fn say(
             "unfinished_files": done.map(|done| done.unfinished),
             "database_bytes_before": done.map(|done| done.database_before),
             "database_bytes_after": done.map(|done| done.database_after),
+            "in_place": done.map(|done| done.is_in_place),
         }));
     }
     let text = match done {
@@ -73,15 +74,31 @@ fn say(
         None => list(found, blobs)? + "nothing was removed, as --dry-run asks\n",
         Some(done) if found.is_empty() && done.unfinished == 0 => String::new(),
         Some(Collection {
-            records, blobs, unfinished, database_before, database_after, ..
+            records,
+            blobs,
+            unfinished,
+            database_before,
+            database_after,
+            is_in_place,
+            is_old_left,
+            ..
         }) => {
-            format!(
+            let mut text = format!(
                 "removed {} and {}; the database takes {}, where it took {}\n",
                 count(records, "result", "results"),
                 count(blobs + unfinished, "file", "files"),
                 BinaryBytes(database_after),
                 BinaryBytes(database_before)
-            )
+            );
+            if is_in_place {
+                text += "the disk has no room for a smaller copy of the database; later results \
+                         use the space in it that is free now\n";
+            }
+            if is_old_left {
+                text += "the old database could not be removed (`records.replaced` in the store); \
+                         the next command that writes tries again\n";
+            }
+            text
         }
     };
     output::print(&text)
@@ -134,6 +151,10 @@ fn list(found: &FoundGarbage, blobs: &Blobs) -> Result<String> {
         if !results.is_empty() {
             text += &runs(&results, what, blobs)?;
         }
+    }
+    if !found.files_of_results.is_empty() {
+        let files = count(found.files_of_results.len(), "file goes", "files go");
+        text += &format!("{files} with them\n");
     }
     if let Some(last) = found.files.last() {
         let size: u64 = found.files.iter().map(|file| file.bytes).sum();
