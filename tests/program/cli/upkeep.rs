@@ -109,6 +109,40 @@ fn a_collection_has_limits_of_age_and_size() {
     ]));
 }
 
+#[test]
+fn what_has_no_known_age_is_not_older() {
+    let place = Place::run();
+    let store = Store::open(&place.path(".tribosweep")).unwrap();
+    let undated = |(key, bytes): (JobKey, Result<Vec<u8>, ReadError>)| {
+        let mut record = Record::decode(&bytes.unwrap()).unwrap();
+        record.provenance.finished = 0;
+        (key, record.encode())
+    };
+    let records: Vec<_> = store.records().take(2).map(undated).collect();
+    store.commit(&records).unwrap();
+    drop(store);
+    assert_eq!(place.call("rm small").code, 0);
+    let found = |line: &str| place.json(line)["results"].as_array().unwrap().len();
+    assert_eq!(found("store gc --dry-run --json --older-than 0s"), 4);
+    assert_eq!(found("store gc --dry-run --json"), 6);
+    let said = place.call("store gc --dry-run").out;
+    assert!(said.contains("\n1 file goes with them\n"), "{said}");
+}
+
+/// A database elsewhere would be left there, whole, and a smaller one put into the store.
+#[test]
+fn a_linked_database_is_not_collected() {
+    let place = Place::run();
+    assert_eq!(place.call("rm small").code, 0);
+    let records = place.path(".tribosweep/records");
+    fs::rename(&records, place.path("elsewhere")).unwrap();
+    std::os::unix::fs::symlink(place.path("elsewhere"), &records).unwrap();
+    let said = place.call("store gc");
+    assert_eq!(said.code, 1, "{}", said.out);
+    assert!(said.err.contains("records is a symbolic link"), "{}", said.err);
+    assert_eq!(keys_in_store(&place).len(), 6);
+}
+
 /// A study that chooses its points refers to all that its choice has.
 #[test]
 fn points_that_a_study_chose_are_kept() {
