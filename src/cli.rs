@@ -85,7 +85,7 @@ pub(crate) enum Command {
     Show(ShowArgs),
     /// Draw the figures that answer a study's question
     #[command(
-        after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot cattaneo-loop --figure loss --output loss.svg\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg\n  tribosweep plot wheel-on-rail --y hertz_a,hertz_b\n\n--x, --y, --series, --panels, --steps, --log-x and --log-y change one figure: that of --figure, else the study's first."
+        after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot cattaneo-loop --figure loss --output loss.svg\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg\n  tribosweep plot wheel-on-rail --y hertz_a,hertz_b\n  tribosweep plot uncertain-coating --x stick_fraction --kind histogram --share\n\n--kind, --bins, --share, --x, --y, --series, --panels, --steps, --log-x and --log-y change one figure: that of --figure, else the study's first."
     )]
     Plot(PlotArgs),
     /// Write one page of HTML about a study: answer, figures, table, fields, failures, provenance
@@ -100,7 +100,7 @@ pub(crate) enum Command {
     Cite(CiteArgs),
     /// Compare the results of two studies, or those of one study in two stores
     #[command(
-        after_help = "Examples:\n  tribosweep diff stick-zone stick-zone-fine --tolerance 0.1%\n  tribosweep diff stick-zone --other before/.tribosweep     what another store, or another version of the program, has\n  tribosweep diff stick-zone --other exports --select load,stick_fraction --format csv\n\nPoints are matched by the values of the axes of both. Numbers below 1e-9 of the largest one of their unit at a point are taken for noise. Where a store has results of earlier physics only, these are compared.\n\nExit codes: 0 the same, 2 something differs, 1 a mistake in what was asked."
+        after_help = "Examples:\n  tribosweep diff stick-zone stick-zone-fine --tolerance 0.1%\n  tribosweep diff stick-zone --other before/.tribosweep     what another store, or another version of the program, has\n  tribosweep diff stick-zone --other exports --select load,stick_fraction --format csv\n\nPoints are matched by the values of the axes of both. Numbers below 1e-9 of the largest quantity of their unit at a point are taken for noise; with --tolerance 0 every digit counts. Where a store has results of earlier physics only, these are compared.\n\nExit codes: 0 the same, 2 something differs, 1 nothing could be compared, or a mistake in what was asked."
     )]
     Diff(DiffArgs),
     /// Put words to a study, to tell it from others
@@ -611,7 +611,7 @@ pub(crate) enum StoreCommand {
     },
     /// Remove results and files that no study refers to; the database shrinks
     #[command(
-        after_help = "Examples:\n  tribosweep store gc --dry-run\n  tribosweep store gc\n  tribosweep store gc --older-than 30d --larger-than 10MB\n\nWhat is removed is listed first. Nothing that a study refers to is removed, also where a study chooses points or shares results with others. A run that needs a removed result computes it again. While a run has the store, it is refused."
+        after_help = "Examples:\n  tribosweep store gc --dry-run\n  tribosweep store gc\n  tribosweep store gc --older-than 30d --larger-than 10MB\n\nWhat is removed is listed first. Nothing that a study refers to is removed, also where a study chooses points or shares results with others. Results of earlier versions of the physics stay for `diff`, and those that an unfinished study may yet choose. A run that needs a removed result computes it again. While a run has the store, it is refused."
     )]
     Gc(GcArgs),
     /// Write a store, or some of its studies, into one checksummed file, also while a run goes on

@@ -16,6 +16,7 @@ use study::{RunAccount, Study};
 use crate::account::this_run;
 use crate::cli::ExecutionArgs;
 use crate::exporting::{ExportPlace, Exporter};
+use crate::failure_limit::FailureCount;
 use crate::job_list::{JobList, JobsLeft};
 use crate::ledger::StoreLedger;
 use crate::output::{self, Finish};
@@ -151,6 +152,7 @@ fn compute(run: &StudyRun<'_>, requested: &mut HashSet<JobKey>) -> Result<RunTal
     let mut tally = RunTally::default();
     let mut calibration = Calibration::default();
     let mut computed = HashSet::new();
+    let mut failures = FailureCount::new(args.max_failures);
     for round in 0.. {
         let points = match study.adaptive() {
             None => study.points(),
@@ -177,19 +179,26 @@ fn compute(run: &StudyRun<'_>, requested: &mut HashSet<JobKey>) -> Result<RunTal
         if tasks.is_empty() {
             return Ok(tally);
         }
-        if round > 0 && args.until.as_ref().is_some_and(|budget| budget.left().is_zero()) {
-            stop_in_time(&mut tally, args, interrupt);
+        failures.jobs = tally.computing;
+        let is_late = round > 0 && args.until.as_ref().is_some_and(|time| time.left().is_zero());
+        let most = if is_late || failures.are_too_many() { Some(0) } else { allowed(args, &tally) };
+        let (tasks, left_out) = within(tasks, most);
+        tally.computing -= left_out.len();
+        if tasks.is_empty() {
+            let workers = options(args, study, run.directory, left_out.len())?.workers;
+            let left = TimeLeft::new(&left_out, workers, calibration);
+            tally.seconds_left = Some(left.seconds_from_start());
+            match args.max_jobs {
+                _ if failures.are_too_many() => stop_for_failures(&mut tally, &failures),
+                Some(most) if !is_late => stop_at(&mut tally, most),
+                _ => stop_in_time(&mut tally, args, interrupt),
+            }
             return Ok(tally);
         }
-        let (tasks, left_out) = within(tasks, args.max_jobs, tally.computed);
-        tally.computing -= left_out.len();
-        if !tasks.is_empty() {
-            let round = Round { tasks, left_out: &left_out, texts, is_first: round == 0 };
-            run_round(run, round, &mut tally, &mut calibration)?;
-        }
+        let round = Round { tasks, left_out: &left_out, texts, is_first: round == 0 };
+        run_round(run, round, &mut tally, &mut calibration, &mut failures)?;
         if let (Some(most), false) = (args.max_jobs, left_out.is_empty() || tally.is_partial()) {
-            tally.stopped_in_time = true;
-            tally.stopped_by = Some(format!("--max-jobs {most}"));
+            stop_at(&mut tally, most);
         }
         if tally.is_partial() || study.adaptive().is_none() {
             break;
@@ -214,6 +223,7 @@ fn run_round(
     Round { tasks, left_out, texts, is_first }: Round<'_>,
     tally: &mut RunTally,
     calibration: &mut Calibration,
+    failures: &mut FailureCount,
 ) -> Result<()> {
     let StudyRun { study, store, directory, args, interrupt, exporter, continuation, account } =
         *run;
@@ -225,18 +235,9 @@ fn run_round(
         (options.until, options.overtime) = (Some(budget.left()), budget.overtime());
         options.begins_one = is_first;
     }
-    let (mut failed, computing) = (tally.failed, tally.computing);
-    let mut on_failed = |more: usize| {
-        let is_exceeded =
-            |failed| args.max_failures.is_some_and(|limit| limit.is_exceeded(failed, computing));
-        if is_exceeded(failed + more) && !is_exceeded(failed) {
-            interrupt.raise();
-        }
-        failed += more;
-    };
     let outcome = runner::run(
         tasks,
-        &mut StoreLedger::new(store.store, texts, exporter, account, &mut on_failed),
+        &mut StoreLedger::new(store.store, texts, exporter, account, failures),
         &options,
         interrupt,
         &mut |event| progress.show(event),
@@ -255,22 +256,13 @@ fn run_round(
             continuation
         )
     })?;
-    tally.failed = failed;
     tally.computed += summary.done + summary.quarantined;
     tally.seconds += summary.seconds;
-    match (
-        summary.early_end,
-        args.max_failures.filter(|limit| limit.is_exceeded(failed, computing)),
-    ) {
-        (Some(EarlyEnd::InTime), _) => stop_in_time(tally, args, interrupt),
-        // The limit has raised the request once.
-        (Some(EarlyEnd::Interrupted), _) if summary.unfinished == 0 => {}
-        (Some(EarlyEnd::Interrupted), Some(limit)) if interrupt.raised() == 1 => {
-            tally.too_many_failed = true;
-            tally.stopped_by = Some(format!("--max-failures {limit}: {failed} failed"));
-        }
-        (Some(EarlyEnd::Interrupted), _) => tally.interrupted = true,
-        (None, _) => {}
+    match summary.early_end {
+        Some(EarlyEnd::InTime) => stop_in_time(tally, args, interrupt),
+        Some(EarlyEnd::Enough) => stop_for_failures(tally, failures),
+        Some(EarlyEnd::Interrupted) => tally.interrupted = summary.unfinished > 0,
+        None => {}
     }
     if summary.unfinished > 0 || !left_out.is_empty() {
         tally.seconds_left = progress.seconds_left();
@@ -278,17 +270,31 @@ fn run_round(
     Ok(())
 }
 
-/// Divides tasks into those that a run may still begin after so many jobs, a coarse grid of the
-/// axes first, and the others.
-fn within(mut tasks: Vec<Task>, most: Option<u32>, computed: usize) -> (Vec<Task>, Vec<Task>) {
-    let Some(most) = most else { return (tasks, Vec::new()) };
-    let allowed = (most as usize).saturating_sub(computed);
-    if allowed >= tasks.len() {
-        return (tasks, Vec::new());
-    }
+/// Returns how many jobs `--max-jobs` still allows, if it is given.
+fn allowed(args: &ExecutionArgs, tally: &RunTally) -> Option<usize> {
+    args.max_jobs.map(|most| (most as usize).saturating_sub(tally.computed))
+}
+
+/// Divides tasks into those that a run may still begin, a coarse grid of the axes first, and the
+/// others.
+fn within(mut tasks: Vec<Task>, most: Option<usize>) -> (Vec<Task>, Vec<Task>) {
+    let Some(most) = most.filter(|most| *most < tasks.len()) else { return (tasks, Vec::new()) };
     tasks.sort_by_key(|task| task.rank);
-    let left_out = tasks.split_off(allowed);
+    let left_out = tasks.split_off(most);
     (tasks, left_out)
+}
+
+/// Notes that a run stopped after its number of jobs.
+fn stop_at(tally: &mut RunTally, most: u32) {
+    tally.stopped_in_time = true;
+    tally.stopped_by = Some(format!("--max-jobs {most}"));
+}
+
+/// Notes that a run stopped because too many jobs failed.
+fn stop_for_failures(tally: &mut RunTally, failures: &FailureCount) {
+    let Some(limit) = failures.limit else { return };
+    tally.too_many_failed = true;
+    tally.stopped_by = Some(format!("--max-failures {limit}: {} failed", failures.failed()));
 }
 
 /// Notes that a run stopped in time, and why.

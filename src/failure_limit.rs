@@ -32,7 +32,7 @@ impl FailureLimit {
     pub(crate) fn is_exceeded(self, failed: usize, jobs: usize) -> bool {
         match self {
             Self::Count(most) => failed > most,
-            Self::Percent(most) => failed as f64 > most / 100.0 * jobs as f64,
+            Self::Percent(most) => 100.0 * failed as f64 > most * jobs as f64,
         }
     }
 }
@@ -46,9 +46,58 @@ impl fmt::Display for FailureLimit {
     }
 }
 
+/// The failures of a run beside what it may have.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FailureCount {
+    /// The limit, if there is one.
+    pub(crate) limit: Option<FailureLimit>,
+    /// The jobs that are to be computed, as far as they are known.
+    pub(crate) jobs: usize,
+    failed: usize,
+    are_too_many: bool,
+}
+
+impl FailureCount {
+    /// Returns the count of a run that has not begun, with its limit.
+    pub(crate) fn new(limit: Option<FailureLimit>) -> Self {
+        Self { limit, ..Self::default() }
+    }
+
+    /// Counts more failures. Once there were too many it stays so, however many jobs follow.
+    pub(crate) fn add(&mut self, failed: usize) {
+        self.failed += failed;
+        let is_exceeded = |limit: FailureLimit| limit.is_exceeded(self.failed, self.jobs);
+        self.are_too_many |= failed > 0 && self.limit.is_some_and(is_exceeded);
+    }
+
+    /// Returns the number of failures.
+    pub(crate) fn failed(&self) -> usize {
+        self.failed
+    }
+
+    /// Returns whether there were more failures than the limit allows.
+    pub(crate) fn are_too_many(&self) -> bool {
+        self.are_too_many
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn too_many_failures_stay_too_many() {
+        let limit = Some(FailureLimit::Percent(10.0));
+        let mut count = FailureCount { jobs: 5, ..FailureCount::new(limit) };
+        assert!(!count.are_too_many());
+        count.add(1);
+        count.jobs = 15;
+        count.add(0);
+        assert!(count.are_too_many() && count.failed() == 1);
+        let mut unlimited = FailureCount::default();
+        unlimited.add(1000);
+        assert!(!unlimited.are_too_many());
+    }
 
     #[test]
     fn limits_are_read_and_held() {
@@ -57,6 +106,8 @@ mod tests {
         assert!(read("0").is_exceeded(1, 10) && !read("0").is_exceeded(0, 10));
         assert!(read("5").is_exceeded(6, 10) && !read("5").is_exceeded(5, 10));
         assert!(read("10%").is_exceeded(2, 10) && !read("10 %").is_exceeded(1, 10));
+        // The product of 29/100 and 100 is below 29 in floating point.
+        assert!(read("29%").is_exceeded(30, 100) && !read("29%").is_exceeded(29, 100));
         assert!(read("0%").is_exceeded(1, 1_000_000) && !read("0.5%").is_exceeded(5, 1000));
         assert_eq!(read("2.5 %").to_string(), "2.5%");
         for wrong in ["", "%", "-1", "1.5", "100%", "-1%", "nan%", "many", "5 apples"] {

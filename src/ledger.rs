@@ -12,6 +12,7 @@ use study::job::PHYSICS_VERSION;
 use study::{Ending, Provenance, Record, RunAccount};
 
 use crate::exporting::Exporter;
+use crate::failure_limit::FailureCount;
 use crate::output;
 use crate::wire::{JobReply, decode_reply};
 
@@ -27,10 +28,7 @@ pub(crate) struct StoreLedger<'a> {
     /// The digest of the account as it is kept; `None` as long as nothing was computed, and
     /// `Some(None)` if it cannot be kept.
     run: Option<Option<[u8; 32]>>,
-    /// The jobs that have ended without a solution since the last commit.
-    failed: usize,
-    /// Hears how many of the jobs of a commit have ended without a solution, if some have.
-    on_failed: &'a mut dyn FnMut(usize),
+    failures: &'a mut FailureCount,
 }
 
 impl<'a> StoreLedger<'a> {
@@ -40,9 +38,9 @@ impl<'a> StoreLedger<'a> {
         jobs: HashMap<JobKey, String>,
         exporter: Option<&'a Exporter>,
         account: &'a RunAccount,
-        on_failed: &'a mut dyn FnMut(usize),
+        failures: &'a mut FailureCount,
     ) -> Self {
-        Self { store, jobs, exporter, account, run: None, failed: 0, on_failed }
+        Self { store, jobs, exporter, account, run: None, failures }
     }
 
     /// Keeps the account of the run before the first record that names it. Results count more: if
@@ -88,7 +86,6 @@ impl<'a> StoreLedger<'a> {
                 ..Provenance::timed(env!("CARGO_PKG_VERSION"), done.seconds, job_times)
             },
         };
-        self.failed += usize::from(!record.is_certified());
         let mut bytes = record.encode();
         if bytes.len() > STORED_LIMIT {
             // The results that came with it are kept, and a resume does not compute it again in
@@ -97,6 +94,7 @@ impl<'a> StoreLedger<'a> {
             (record.ending, record.fields) = (too_large(record.ending, size), None);
             bytes = record.encode();
         }
+        self.failures.add(usize::from(!record.is_certified()));
         Ok((done.key, bytes))
     }
 }
@@ -106,14 +104,14 @@ impl runner::Ledger for StoreLedger<'_> {
         let records =
             results.into_iter().map(|done| self.record(done)).collect::<Result<Vec<_>, _>>()?;
         self.store.commit(&records)?;
-        let failed = std::mem::take(&mut self.failed);
-        if failed > 0 {
-            (self.on_failed)(failed);
-        }
         if let Some(exporter) = self.exporter {
             exporter.add(records);
         }
         Ok(())
+    }
+
+    fn is_enough(&self) -> bool {
+        self.failures.are_too_many()
     }
 }
 
@@ -208,7 +206,8 @@ mod tests {
                 attempts: 1,
             }
         });
-        StoreLedger::new(&store, texts, None, &RunAccount::default(), &mut |_| {})
+        let mut failures = FailureCount::default();
+        StoreLedger::new(&store, texts, None, &RunAccount::default(), &mut failures)
             .commit(done.collect())
             .unwrap();
         let ends = keys

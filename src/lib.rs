@@ -23,6 +23,7 @@ mod garbage;
 mod increments;
 mod influence_figure;
 mod job_list;
+mod job_pattern;
 mod labels;
 mod ledger;
 pub mod library;

@@ -38,9 +38,6 @@ pub(crate) struct RunTally {
     /// The jobs that were given out and have ended.
     #[serde(skip)]
     pub(crate) computed: usize,
-    /// The jobs that were given out and have ended without a solution.
-    #[serde(skip)]
-    pub(crate) failed: usize,
     /// The duration \[s\].
     pub(crate) seconds: f64,
     /// The run was interrupted.

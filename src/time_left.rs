@@ -230,6 +230,12 @@ impl TimeLeft {
         Some(predicted)
     }
 
+    /// Returns the time that a run takes which has not begun \[s\].
+    pub(crate) fn seconds_from_start(mut self) -> f64 {
+        self.began = Some(0.0);
+        self.seconds(0.0).unwrap_or_default()
+    }
+
     /// Returns the time that the run still takes at a time since its start \[s\]; `None` before its
     /// first job is handed out.
     pub(crate) fn seconds(&self, now: f64) -> Option<f64> {

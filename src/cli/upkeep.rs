@@ -110,6 +110,10 @@ pub(crate) struct GcArgs {
     /// Only results and files that take more space than this, for example 10MB
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub(crate) larger_than: Option<u64>,
+    /// Remove also results of earlier versions of the physics whose jobs studies have, which `diff`
+    /// compares
+    #[arg(long)]
+    pub(crate) earlier_physics: bool,
     /// Print JSON, with every result and file
     #[arg(long)]
     pub(crate) json: bool,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use answers::{Difference, Results};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use report::{DataTable, TableError};
 use study::job::PHYSICS_VERSION;
 use wording::escaped_json;
@@ -67,9 +67,11 @@ pub(crate) fn diff(args: &DiffArgs) -> Result<Finish> {
             let value = serde_json::json!({
                 "first": labels[0],
                 "second": labels[1],
-                "same": found.is_none(),
+                "same": found.is_none() && !found.is_void(),
                 "tolerance": args.tolerance,
+                "noise": found.noise,
                 "common": found.common,
+                "without_results": found.open,
                 "columns": json(&found.columns)?,
                 "values": json(&found.values)?,
                 "only_first": json(&found.only_first)?,
@@ -80,7 +82,22 @@ pub(crate) fn diff(args: &DiffArgs) -> Result<Finish> {
             output::print_raw(&escaped_json(&text))?;
         }
     }
+    if found.is_void() {
+        bail!("nothing was compared: {}", nothing(&found));
+    }
     Ok(if found.is_none() { Finish::AllDone } else { Finish::Differs })
+}
+
+/// Says why nothing could be compared.
+fn nothing(found: &Difference) -> String {
+    match found.common {
+        0 => "the studies have no point in common (points are matched by the values of their axes)"
+            .to_owned(),
+        common if common == found.open => {
+            format!("{} no result in either", count(common, "point has", "points have"))
+        }
+        _ => "no column that is compared has a value at a point that both have".to_owned(),
+    }
 }
 
 /// Says which results of a study are of an earlier version of the physics.
@@ -107,19 +124,22 @@ fn words(found: &Difference, counts: [usize; 2], args: &DiffArgs) -> Result<Stri
         "{} in both, {first} only in the first, {second} only in the second\n",
         count(found.common, "point", "points")
     );
-    if found.is_none_at_common_points() && found.common > 0 {
-        let columns = count(found.columns.rows().len(), "column", "columns");
-        text += &format!("{columns} compared: all the same to a part of {:e}\n", args.tolerance);
-    } else if found.common > 0 {
+    if found.open > 0 {
+        let points = count(found.open, "point has", "points have");
+        text += &format!("{points} no result in either\n");
+    }
+    let same = same_words(found, args.tolerance);
+    if found.is_none_at_common_points() && found.compared > 0 {
+        let compared = found.columns.filter("points > 0")?;
+        let columns = count(compared.rows().len(), "column", "columns");
+        text += &format!("{columns} compared: all {same}\n");
+    } else if found.compared > 0 {
         let differing = found.columns.filter("differing > 0")?;
-        let same = found.columns.rows().len() - differing.rows().len();
+        let others = found.columns.filter("points > 0")?.rows().len() - differing.rows().len();
         text += &format!("\n{}", differing.terminal(&layout()));
-        if same > 0 {
-            text += &format!(
-                "{} the same to a part of {:e}\n",
-                count(same, "other column is", "other columns are"),
-                args.tolerance
-            );
+        if others > 0 {
+            let others = count(others, "other column is", "other columns are");
+            text += &format!("{others} {same}\n");
         }
         text += &format!("\n{}", beginning(&found.values, "values that differ")?);
     }
@@ -129,6 +149,18 @@ fn words(found: &Difference, counts: [usize; 2], args: &DiffArgs) -> Result<Stri
         }
     }
     Ok(text)
+}
+
+/// Says what counts as the same.
+fn same_words(found: &Difference, tolerance: f64) -> String {
+    if found.noise == 0.0 {
+        return "exactly the same".to_owned();
+    }
+    format!(
+        "the same to a part of {tolerance:e}, and numbers below {:e} of the largest one of their \
+         unit at a point count as 0",
+        found.noise
+    )
 }
 
 /// Returns the first rows of a table, and how many more of what it has.

@@ -33,7 +33,7 @@ pub(crate) fn rm(args: &RmArgs) -> Result<Finish> {
         store.remove_studies(&names)?;
         names.iter().for_each(|name| text += &format!("removed the study `{name}`\n"));
         text += &format!(
-            "results stay until `{}` removes those that no other study has\n",
+            "figures and pages that were made stay; results stay until `{}` removes those that no other study has\n",
             proposal::command(directory, ["store", "gc"])
         );
     }

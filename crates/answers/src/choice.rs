@@ -20,7 +20,7 @@ mod roots;
 use std::collections::HashSet;
 
 use identity::JobKey;
-use study::{Adaptive, Study};
+use study::{Adaptive, Study, StudyPoint};
 
 use crate::error::AnswerError;
 use crate::records::{RecordMap, Records};
@@ -60,6 +60,8 @@ pub fn choose(study: &Study, records: &RecordMap) -> Result<PointChoice, AnswerE
 
 /// Visits the jobs that a study refers to: those of its points, as far as the results that `source`
 /// keeps determine them, and those from which the choice has learnt. A job may come several times.
+/// Returns the points of a choice that stops where a result is missing: what it would choose beyond
+/// is not known. There is none where the choice is finished, or the study does not choose.
 ///
 /// # Errors
 /// A record cannot be read, or a condition cannot be evaluated on some result.
@@ -67,15 +69,16 @@ pub fn visit_jobs(
     study: &Study,
     source: &dyn Records,
     mut visitor: impl FnMut(JobKey),
-) -> Result<(), AnswerError> {
+) -> Result<Vec<StudyPoint>, AnswerError> {
     if study.adaptive().is_none() {
         let points = study.indices().filter_map(|index| study.point(index));
         points.for_each(|point| visitor(point.key));
-        return Ok(());
+        return Ok(Vec::new());
     }
     let Gathered { choice, records } = gather(study, source)?;
+    let is_open = choice.points.iter().any(|point| !records.contains_key(&point.key));
     choice.points.iter().map(|point| point.key).chain(records.into_keys()).for_each(visitor);
-    Ok(())
+    Ok(if is_open { choice.points } else { Vec::new() })
 }
 
 /// The points of a study as far as its results determine them, with these results.

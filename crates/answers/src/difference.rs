@@ -14,6 +14,9 @@ use crate::results::Results;
 /// The part of the largest value of its unit at a point below which a value is taken for noise.
 const NOISE: f64 = 1e-9;
 
+/// The units of numbers that have no scale in common.
+const DIMENSIONLESS: [&str; 3] = ["", "1", "%"];
+
 /// The column that tells apart points of a study that chooses meshes.
 const MESH: &str = "mesh";
 
@@ -22,6 +25,13 @@ const MESH: &str = "mesh";
 pub struct Difference {
     /// The number of points that both have.
     pub common: usize,
+    /// The number of these that have no result in either.
+    pub open: usize,
+    /// The number of pairs of values that were compared.
+    pub compared: usize,
+    /// The part of the largest value of its unit at a point below which a value was taken for noise;
+    /// 0 if every digit counts.
+    pub noise: f64,
     /// A row for each column that was compared: at how many points it was, at how many it differs,
     /// and where by how much at most.
     pub columns: DataTable,
@@ -35,10 +45,17 @@ pub struct Difference {
 
 /// The columns of one study that are compared.
 struct ComparedSide {
-    /// The names of the columns by which points are matched, and of those that are compared.
+    /// The columns by which points are matched, those that are compared, and those whose values say
+    /// what is large at a point.
     table: DataTable,
     /// The number of columns by which points are matched.
     axes: usize,
+    /// The number of columns that are compared.
+    compared: usize,
+    /// The columns whose values say what is large at a point, whichever are compared.
+    scaling: Vec<usize>,
+    /// Whether the point of each row has a result.
+    is_solved: Vec<bool>,
 }
 
 /// A column as it was compared.
@@ -53,7 +70,8 @@ struct ComparedColumn<'a> {
 impl Difference {
     /// Compares `columns` of two studies; where none is named, the quantities of the solutions, and
     /// how jobs ended. Numbers differ if they do by more than a part `tolerance` of the larger one.
-    /// Those below [`NOISE`] of the largest value of their unit at their point are none.
+    /// Those below [`NOISE`] of the largest quantity of their unit at their point are none, unless
+    /// the tolerance is 0 or they have no unit.
     ///
     /// # Errors
     /// A column is not in both studies, or the fields of a record that is compared cannot be read.
@@ -81,13 +99,16 @@ impl Difference {
         {
             axes.push(MESH.to_owned());
         }
-        let names = match columns {
-            [] => usual(&listed, &others),
-            named => named.to_vec(),
-        };
-        let first = ComparedSide::of(first, &axes, &names)?;
-        let second = ComparedSide::of(second, &axes, &names)?;
+        let usual = usual(&listed, &others);
+        let names = if columns.is_empty() { &usual[..] } else { columns };
+        let first = ComparedSide::of(first, &axes, names, &usual)?;
+        let second = ComparedSide::of(second, &axes, names, &usual)?;
         compare(&first, &second, tolerance)
+    }
+
+    /// Returns whether nothing differs because nothing could be compared.
+    pub fn is_void(&self) -> bool {
+        self.is_none() && self.compared == 0
     }
 
     /// Returns whether both studies have the same points with the same results.
@@ -116,7 +137,12 @@ fn usual(listed: &[Column], others: &[Column]) -> Vec<String> {
 }
 
 impl ComparedSide {
-    fn of(results: &Results<'_>, axes: &[String], names: &[String]) -> Result<Self, AnswerError> {
+    fn of(
+        results: &Results<'_>,
+        axes: &[String],
+        names: &[String],
+        usual: &[String],
+    ) -> Result<Self, AnswerError> {
         let columns = results.study().columns();
         if let Some(missing) = axes.iter().find(|name| find(&columns, name).is_none()) {
             return Err(AnswerError::NotMatched {
@@ -126,7 +152,19 @@ impl ComparedSide {
         }
         let mut all = axes.to_vec();
         all.extend(names.iter().filter(|name| !axes.contains(name)).cloned());
-        Ok(ComparedSide { table: results.table(&all)?.select(&all)?, axes: axes.len() })
+        let compared = all.len() - axes.len();
+        let more: Vec<String> = usual.iter().filter(|name| !all.contains(name)).cloned().collect();
+        all.extend(more);
+        let is_scaling = |(index, name): (usize, &String)| usual.contains(name).then_some(index);
+        let scaling = all.iter().enumerate().filter_map(is_scaling).collect();
+        let is_solved = results.points().iter().map(|point| results.record(point).is_some());
+        Ok(ComparedSide {
+            table: results.table(&all)?.select(&all)?,
+            axes: axes.len(),
+            compared,
+            scaling,
+            is_solved: is_solved.collect(),
+        })
     }
 
     /// Returns the rows of the points, by what they are matched by. Points that are not told apart
@@ -167,6 +205,22 @@ impl ComparedSide {
         let cells = rows.into_iter().map(|row| self.table.rows()[row][..self.axes].to_vec());
         DataTable::new(heads, cells.collect())
     }
+
+    /// Returns the largest quantity of each unit at a point, whose rows on both sides are given.
+    fn scales(&self, rows: [&[Cell]; 2]) -> HashMap<&str, f64> {
+        let mut scales: HashMap<&str, f64> = HashMap::new();
+        for index in &self.scaling {
+            let unit = self.table.columns()[*index].unit.as_str();
+            if DIMENSIONLESS.contains(&unit) {
+                continue;
+            }
+            let sizes = rows.iter().filter_map(|row| row[*index].number()).map(f64::abs);
+            let largest = sizes.filter(|size| size.is_finite()).fold(0.0, f64::max);
+            let scale = scales.entry(unit).or_default();
+            *scale = scale.max(largest);
+        }
+        scales
+    }
 }
 
 fn compare(
@@ -189,18 +243,28 @@ fn compare(
     }
     pairs.sort_unstable();
     let axes = first.axes;
-    let heads = &first.table.columns()[axes..];
+    let all = axes + first.compared;
+    let heads = &first.table.columns()[axes..all];
+    let noise = if tolerance > 0.0 { NOISE } else { 0.0 };
+    let mut open = 0;
     let mut compared: Vec<ComparedColumn<'_>> = heads
         .iter()
         .map(|head| ComparedColumn { head, compared: 0, differing: 0, largest: None })
         .collect();
     let mut values = Vec::new();
     for [one, other] in &pairs {
-        let rows = [&first.table.rows()[*one][axes..], &second.table.rows()[*other][axes..]];
-        let scales = scales(heads, rows);
+        if !first.is_solved[*one] && !second.is_solved[*other] {
+            open += 1;
+            continue;
+        }
+        let rows = [&first.table.rows()[*one][..], &second.table.rows()[*other][..]];
+        let scales = first.scales(rows);
         for (index, column) in compared.iter_mut().enumerate() {
-            let [here, there] = rows.map(|row| &row[index]);
-            let noise = NOISE * scales.get(column.head.unit.as_str()).copied().unwrap_or(0.0);
+            let [here, there] = rows.map(|row| &row[axes + index]);
+            if here.is_missing() && there.is_missing() {
+                continue;
+            }
+            let noise = noise * scales.get(column.head.unit.as_str()).copied().unwrap_or(0.0);
             column.compared += 1;
             let Some(difference) = difference(here, there, noise, tolerance) else { continue };
             column.differing += 1;
@@ -218,6 +282,7 @@ fn compare(
     let mut value_heads = first.table.columns()[..axes].to_vec();
     let names = ["column", "unit", "first", "second", "difference"];
     value_heads.extend(names.map(|name| TableColumn::new(name, "")));
+    let compared_values = compared.iter().map(|column| column.compared as usize).sum();
     let rows = compared.into_iter().map(|column| {
         let (size, place) =
             column.largest.map_or((Cell::Missing, Cell::Missing), |(size, place)| {
@@ -231,23 +296,14 @@ fn compare(
     let column_heads = names.map(|name| TableColumn::new(name, "")).to_vec();
     Ok(Difference {
         common: pairs.len(),
+        open,
+        compared: compared_values,
+        noise,
         columns: DataTable::new(column_heads, rows.collect())?,
         values: DataTable::new(value_heads, values)?,
         only_first: first.listed(only_first.into_iter())?,
         only_second: second.listed(only_second.into_iter())?,
     })
-}
-
-/// Returns the largest value of each unit at a point.
-fn scales<'h>(heads: &'h [TableColumn], rows: [&[Cell]; 2]) -> HashMap<&'h str, f64> {
-    let mut scales: HashMap<&str, f64> = HashMap::new();
-    for (head, cell) in rows.iter().flat_map(|row| heads.iter().zip(row.iter())) {
-        if let Some(x) = cell.number().filter(|x| x.is_finite()) {
-            let scale = scales.entry(&head.unit).or_default();
-            *scale = scale.max(x.abs());
-        }
-    }
-    scales
 }
 
 /// Returns the relative difference of two cells, [`Cell::Missing`] where it has no number; `None`
@@ -277,8 +333,10 @@ mod tests {
     fn side(rows: &[[Cell; 4]]) -> ComparedSide {
         let heads = [("mu", "1"), ("load", "N"), ("force_y", "N"), ("status", "")];
         let heads = heads.map(|(name, unit)| TableColumn::new(name, unit)).to_vec();
-        let rows = rows.iter().map(|row| row.to_vec()).collect();
-        ComparedSide { table: DataTable::new(heads, rows).unwrap(), axes: 1 }
+        let rows: Vec<_> = rows.iter().map(|row| row.to_vec()).collect();
+        let is_solved = vec![true; rows.len()];
+        let table = DataTable::new(heads, rows).unwrap();
+        ComparedSide { table, axes: 1, compared: 3, scaling: vec![1, 2, 3], is_solved }
     }
 
     fn row(mu: f64, load: f64, force: f64, status: &str) -> [Cell; 4] {
@@ -305,6 +363,59 @@ mod tests {
         let coarse = compare(&first, &second, 0.01).unwrap();
         assert_eq!(differing(&coarse), [("status".to_owned(), None)]);
         assert!(compare(&first, &first, 0.0).unwrap().is_none());
+    }
+
+    #[test]
+    fn every_digit_counts_at_a_tolerance_of_nothing() {
+        let first = side(&[row(0.1, 4.0, 1e-12, "certified")]);
+        let second = side(&[row(0.1, 4.0, 2e-12, "certified")]);
+        assert_eq!(differing(&compare(&first, &second, 0.0).unwrap()).len(), 1);
+        let found = compare(&first, &second, 1e-15).unwrap();
+        assert!(found.is_none() && found.noise == NOISE);
+    }
+
+    #[test]
+    fn noise_is_the_same_whichever_columns_are_compared() {
+        let alone = |force: f64| {
+            let columns = side(&[row(0.1, 4.0, force, "certified")]).table;
+            let table = columns.select(&["mu", "force_y", "load"]).unwrap();
+            ComparedSide { table, axes: 1, compared: 1, scaling: vec![1, 2], is_solved: vec![true] }
+        };
+        let found = compare(&alone(1e-12), &alone(2e-12), 1e-6).unwrap();
+        assert!(found.is_none() && found.compared == 1, "{found:?}");
+    }
+
+    #[test]
+    fn numbers_without_a_unit_are_no_noise_of_others() {
+        let heads = ["mu", "elements", "fraction"].map(|name| TableColumn::new(name, ""));
+        let side = |fraction: f64| ComparedSide {
+            table: DataTable::new(
+                heads.to_vec(),
+                vec![vec![0.1.into(), 4e6.into(), fraction.into()]],
+            )
+            .unwrap(),
+            axes: 1,
+            compared: 2,
+            scaling: vec![1, 2],
+            is_solved: vec![true],
+        };
+        let found = compare(&side(1e-4), &side(2e-4), 1e-6).unwrap();
+        assert_eq!(differing(&found).len(), 1);
+    }
+
+    #[test]
+    fn points_without_a_result_are_not_compared() {
+        let open = || {
+            let gone = [0.1.into(), Cell::Missing, Cell::Missing, Cell::Missing];
+            ComparedSide { is_solved: vec![false], ..side(&[gone]) }
+        };
+        let found = compare(&open(), &open(), 1e-6).unwrap();
+        assert_eq!((found.common, found.open, found.compared), (1, 1, 0));
+        assert!(found.is_void());
+        let solved = side(&[row(0.1, 4.0, 1.0, "certified")]);
+        let found = compare(&solved, &open(), 1e-6).unwrap();
+        assert_eq!((found.open, found.compared, found.values.rows().len()), (0, 3, 3));
+        assert!(!found.is_void() && !compare(&solved, &solved, 0.0).unwrap().is_void());
     }
 
     #[test]

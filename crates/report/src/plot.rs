@@ -1,10 +1,10 @@
 //! Line charts.
 //!
-//! The files read downwards: `figure` says what a chart is; `error`, `spec`, `value_text`, `groups`,
-//! `histogram`, `from_table` and `bars_from_table` make one from a table; `canvas`, what is drawn on
-//! it (`band`, `bars`, `front`, `level`, `slope`, `curve`, `names`), `legend`, `panel` and `layout`
-//! turn it into SVG, and `sketch` says where its points are. They know tables, fits, axes and SVG,
-//! and neither fields nor filters.
+//! The files read downwards: `figure` says what a chart is; `error`, `spec`, `value_text`,
+//! `groups`, `histogram`, `from_table` and `bars_from_table` make one from a table; `canvas`, what
+//! is drawn on it (`band`, `bars`, `front`, `level`, `slope`, `curve`, `names`), `legend`, `panel`
+//! and `layout` turn it into SVG, and `sketch` says where its points are. They know tables, fits,
+//! axes and SVG, and neither fields nor filters.
 
 mod band;
 mod bars;

@@ -77,6 +77,9 @@ pub(crate) fn drive(
                 Action::Commit(done) => {
                     ledger.commit(done).map_err(RunError::Ledger)?;
                     inbox.push_back(Input::Committed);
+                    if ledger.is_enough() {
+                        inbox.push_back(Input::Enough);
+                    }
                 }
                 Action::Emit(event) => on_event(&event),
                 Action::GiveUp(reason) => hopeless = Some(reason),

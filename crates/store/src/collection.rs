@@ -5,7 +5,7 @@
 //! of them, and the next opening clears away the other, as after a salvage.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use identity::JobKey;
@@ -13,9 +13,9 @@ use rustix::fs::{CWD, RenameFlags, renameat_with};
 use rustix::io::Errno;
 
 use crate::access::Wanted;
-use crate::blob::BlobFile;
-use crate::core::{Core, SALVAGED};
-use crate::database::{Database, Fault, RECORDS, own_files};
+use crate::blob::{BlobFile, Blobs};
+use crate::core::{Core, REPLACED, SALVAGED};
+use crate::database::{self, Database, Fault, RECORDS, own_files};
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
@@ -31,6 +31,9 @@ pub struct Garbage {
     pub records: BTreeSet<JobKey>,
     /// The blobs that are removed. Nothing that stays may refer to them.
     pub blobs: BTreeSet<Digest>,
+    /// The blobs that are removed and to which no record refers, neither one that is removed. They
+    /// make room for what else is done.
+    pub loose_blobs: BTreeSet<Digest>,
 }
 
 /// The result of [`Store::collect`].
@@ -48,6 +51,11 @@ pub struct Collection {
     pub database_before: u64,
     /// The size of the database afterwards \[bytes\].
     pub database_after: u64,
+    /// Whether there was no room for a new database. The old one keeps its size, and later records
+    /// use the space of the removed ones.
+    pub is_in_place: bool,
+    /// Whether the old database could not be removed, which the next opening tries again.
+    pub is_old_left: bool,
 }
 
 /// The reason why a store cannot be collected.
@@ -56,51 +64,99 @@ pub enum CollectError {
     /// The records or the blobs cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// There is no room for the new database, or something cannot be removed.
+    /// There is no room to remove records, or something cannot be removed.
     #[error(transparent)]
     Write(#[from] WriteError),
     /// The new database cannot be written or take its place.
     #[error(transparent)]
     Open(#[from] OpenError),
+    /// The database is elsewhere, and would not be replaced there.
+    #[error(
+        "{} is a symbolic link, so the database to which it leads cannot be replaced by a smaller \
+         one, and nothing was removed; put that directory in its place",
+        path.display()
+    )]
+    Linked {
+        /// The link.
+        path: PathBuf,
+    },
 }
 
 impl Store {
     /// Removes records and blobs, and the leftovers of killed writers. The database is written anew
-    /// if records are removed, so that it shrinks. A kill at any moment leaves everything that is
+    /// if records are removed and there is room for it, so that it shrinks. A kill at any moment leaves everything that is
     /// not garbage. Definitions of studies stay in any case. Like [`compact`](Store::compact) it
     /// may be called only while nobody writes blobs whose digests are yet to appear in a record.
     ///
     /// # Errors
     /// [`CollectError`]. Some of the garbage may then be gone.
     pub fn collect(self, garbage: &Garbage) -> Result<Collection, CollectError> {
+        // A fresh copy is written to the log once.
+        self.collect_with(garbage, |bytes, directory| {
+            WriteError::require_space(directory, bytes.div_ceil(2))
+        })
+    }
+
+    /// Collects like [`collect`](Store::collect). `require_room` says whether there is room for a
+    /// number of bytes of records in a directory.
+    fn collect_with(
+        self,
+        garbage: &Garbage,
+        require_room: impl Fn(u64, &Path) -> Result<(), WriteError>,
+    ) -> Result<Collection, CollectError> {
         let blobs = self.blobs().clone();
         let studies: BTreeSet<Digest> = self.core().manifest().studies.values().copied().collect();
         let directory = self.core().directory.clone();
         let size = |directory: &Path| database_bytes(&directory.join(RECORDS));
         let mut done = Collection { database_before: size(&directory), ..Collection::default() };
         let present = garbage.records.iter().filter(|key| self.contains(key)).count();
-        let _lock = if present > 0 {
-            write_without(self.core(), &garbage.records)?;
-            let lock = self.into_lock();
-            replace(&directory).map_err(|source| {
+        let records = directory.join(RECORDS);
+        if present > 0 && !durable::is_real_directory(&records) {
+            return Err(CollectError::Linked { path: records });
+        }
+        let without_studies = |blobs: &BTreeSet<Digest>| blobs - &studies;
+        done.remove_files(&blobs, &without_studies(&garbage.loose_blobs))?;
+        let is_copied = present > 0
+            && match write_without(self.core(), &garbage.records, require_room) {
+                Err(CollectError::Write(
+                    WriteError::DiskFull { .. } | WriteError::FileLimit { .. },
+                )) => {
+                    let keys: Vec<JobKey> = garbage.records.iter().copied().collect();
+                    self.remove(&keys)?;
+                    done.is_in_place = true;
+                    false
+                }
+                written => written.map(|()| true)?,
+            };
+        done.records = present;
+        let _lock = self.into_lock();
+        if is_copied {
+            done.is_old_left = replace(&directory).map_err(|source| {
                 OpenError::io("replace the database of", Wanted::Write, &directory, source)
             })?;
-            done.records = present;
-            lock
-        } else {
-            self.into_lock()
-        };
+        }
         // The records that referred to them are gone.
+        done.remove_files(&blobs, &without_studies(&garbage.blobs))?;
+        done.database_after = size(&directory);
+        Ok(done)
+    }
+}
+
+impl Collection {
+    /// Removes some blobs, and unfinished files, and counts them.
+    fn remove_files(
+        &mut self,
+        blobs: &Blobs,
+        garbage: &BTreeSet<Digest>,
+    ) -> Result<(), CollectError> {
         for found in blobs.files()? {
             let (path, bytes) = match found {
-                BlobFile::Blob { digest, path, bytes }
-                    if garbage.blobs.contains(&digest) && !studies.contains(&digest) =>
-                {
-                    done.blobs += 1;
+                BlobFile::Blob { digest, path, bytes } if garbage.contains(&digest) => {
+                    self.blobs += 1;
                     (path, bytes)
                 }
                 BlobFile::Unfinished { path, bytes } => {
-                    done.unfinished += 1;
+                    self.unfinished += 1;
                     (path, bytes)
                 }
                 BlobFile::Blob { .. } | BlobFile::Stray(_) => continue,
@@ -109,11 +165,10 @@ impl Store {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
                     return Err(WriteError::io("remove the blob", &path, error).into());
                 }
-                _ => done.file_bytes += bytes,
+                _ => self.file_bytes += bytes,
             }
         }
-        done.database_after = size(&directory);
-        Ok(done)
+        Ok(())
     }
 }
 
@@ -126,7 +181,11 @@ fn database_bytes(directory: &Path) -> u64 {
 
 /// Writes the records of the store beside its database, without those of some jobs, and promises no
 /// more than these.
-fn write_without(core: &Core, garbage: &BTreeSet<JobKey>) -> Result<(), CollectError> {
+fn write_without(
+    core: &Core,
+    garbage: &BTreeSet<JobKey>,
+    require_room: impl Fn(u64, &Path) -> Result<(), WriteError>,
+) -> Result<(), CollectError> {
     let beside = core.directory.join(SALVAGED);
     let io = |action| {
         let beside = beside.clone();
@@ -144,8 +203,10 @@ fn write_without(core: &Core, garbage: &BTreeSet<JobKey>) -> Result<(), CollectE
         bytes += if is_garbage(key) { 0 } else { (key.len() + sealed.len()) as u64 };
     })
     .map_err(ReadError::from)?;
-    WriteError::require_space(&core.directory, bytes)?;
-    durable::clear_away(&beside).map_err(io("remove"))?;
+    require_room(bytes, &core.directory)?;
+    for left in [&beside, &core.directory.join(REPLACED)] {
+        database::remove(left).map_err(io("remove"))?;
+    }
     durable::create_directory(&beside).map_err(io("create"))?;
     let to = Database::open(&beside).map_err(failed)?;
     let mut group: Vec<(JobKey, Vec<u8>)> = Vec::new();
@@ -175,22 +236,106 @@ fn write_without(core: &Core, garbage: &BTreeSet<JobKey>) -> Result<(), CollectE
 }
 
 /// Puts the database that was written beside that of the store into its place, and removes the old
-/// one. Both are closed.
-fn replace(directory: &Path) -> io::Result<()> {
+/// one. Both are closed. Returns whether the old one could not be removed.
+fn replace(directory: &Path) -> io::Result<bool> {
     let (records, beside) = (directory.join(RECORDS), directory.join(SALVAGED));
+    let old = directory.join(REPLACED);
     match renameat_with(CWD, &beside, CWD, &records, RenameFlags::EXCHANGE) {
-        Ok(()) => {
-            durable::sync_directory(directory)?;
-            durable::clear_away(&beside)
+        Ok(()) => fs::rename(&beside, &old)?,
+        // Some file systems cannot exchange two directories.
+        Err(Errno::INVAL | Errno::NOSYS | Errno::OPNOTSUPP | Errno::PERM | Errno::NOTTY) => {
+            replace_in_steps(directory)?
         }
-        // Some file systems cannot exchange two directories. A kill between the two steps is met
-        // by the next opening, as that of a salvage is.
-        Err(Errno::INVAL | Errno::NOSYS | Errno::OPNOTSUPP) => {
-            let aside = durable::put_aside(&records)?;
-            fs::rename(&beside, &records)?;
-            durable::sync_directory(directory)?;
-            aside.map_or(Ok(()), |aside| durable::clear_away(&aside))
+        Err(error) => return Err(error.into()),
+    }
+    durable::sync_directory(directory)?;
+    Ok(database::remove(&old).is_err())
+}
+
+/// Puts the old database aside and the new one into its place. A kill between the two steps is met
+/// by the next opening, as that of a salvage is.
+fn replace_in_steps(directory: &Path) -> io::Result<()> {
+    let records = directory.join(RECORDS);
+    fs::rename(&records, directory.join(REPLACED))?;
+    fs::rename(directory.join(SALVAGED), &records)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn store(directory: &Path) -> (Store, Garbage) {
+        let store = Store::open(directory).unwrap();
+        let records: Vec<_> = (0..50u8).map(|i| (JobKey([i; 32]), vec![i; 2000])).collect();
+        store.commit(&records).unwrap();
+        let garbage = records.iter().skip(1).map(|(key, _)| *key).collect();
+        (store, Garbage { records: garbage, ..Garbage::default() })
+    }
+
+    #[test]
+    fn records_are_removed_in_place_where_no_copy_has_room() {
+        let directory = tempfile::tempdir().unwrap();
+        let (store, garbage) = store(directory.path());
+        let full = |needed, path: &Path| {
+            Err(WriteError::DiskFull { path: path.to_owned(), free: 0, needed })
+        };
+        let done = store.collect_with(&garbage, full).unwrap();
+        assert_eq!((done.records, done.is_in_place, done.is_old_left), (49, true, false));
+        let store = Store::open(directory.path()).unwrap();
+        assert_eq!(store.keys(), [JobKey([0; 32])]);
+        assert_eq!(store.get(&JobKey([0; 32])).unwrap(), Some(vec![0; 2000]));
+    }
+
+    #[test]
+    fn a_database_is_replaced_in_steps_and_the_next_opening_removes_the_old_one() {
+        for has_moved in [false, true] {
+            let directory = tempfile::tempdir().unwrap();
+            let (store, garbage) = store(directory.path());
+            write_without(store.core(), &garbage.records, |_, _| Ok(())).unwrap();
+            drop(store);
+            if has_moved {
+                replace_in_steps(directory.path()).unwrap();
+            } else {
+                // The process is killed between the two.
+                let old = directory.path().join(REPLACED);
+                fs::rename(directory.path().join(RECORDS), old).unwrap();
+            }
+            assert_eq!(Store::open(directory.path()).unwrap().len(), 1);
+            for name in [REPLACED, SALVAGED] {
+                assert!(!directory.path().join(name).exists(), "{name}");
+            }
         }
-        Err(error) => Err(error.into()),
+    }
+
+    #[test]
+    fn what_cannot_be_cleared_away_does_not_lock_the_store() {
+        let directory = tempfile::tempdir().unwrap();
+        drop(store(directory.path()));
+        for name in [REPLACED, SALVAGED] {
+            let left = directory.path().join(name);
+            fs::create_dir(&left).unwrap();
+            fs::write(left.join("conf"), "old").unwrap();
+            fs::write(left.join("foreign"), "somebody's").unwrap();
+        }
+        assert_eq!(Store::open(directory.path()).unwrap().len(), 50);
+        for name in [REPLACED, SALVAGED] {
+            let left = directory.path().join(name);
+            assert!(left.join("foreign").exists() && !left.join("conf").exists());
+        }
+    }
+
+    #[test]
+    fn a_linked_database_is_refused() {
+        let directory = tempfile::tempdir().unwrap();
+        let elsewhere = tempfile::tempdir().unwrap();
+        let (store, garbage) = store(directory.path());
+        drop(store);
+        let records = directory.path().join(RECORDS);
+        fs::rename(&records, elsewhere.path().join(RECORDS)).unwrap();
+        std::os::unix::fs::symlink(elsewhere.path().join(RECORDS), &records).unwrap();
+        let refused = Store::open(directory.path()).unwrap().collect(&garbage).unwrap_err();
+        assert!(matches!(refused, CollectError::Linked { .. }), "{refused}");
+        assert!(fs::symlink_metadata(&records).unwrap().is_symlink());
+        assert_eq!(Store::open(directory.path()).unwrap().len(), 50);
     }
 }

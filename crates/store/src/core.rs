@@ -10,7 +10,7 @@ use identity::{JobKey, STORED_LIMIT};
 
 use crate::access::Wanted;
 use crate::blob::Blobs;
-use crate::database::{Fault, LOG, RECORDS};
+use crate::database::{self, Fault, LOG, RECORDS};
 use crate::durable;
 use crate::error::{OpenError, WriteError};
 use crate::lock::{self, Acquired, Holder, Lock};
@@ -30,6 +30,9 @@ const LAG: Duration = Duration::from_millis(500);
 
 /// The directory of the sound database while a salvage is writing it.
 pub(crate) const SALVAGED: &str = "records.salvaged";
+
+/// The directory of a database whose place another one has taken, until it is removed.
+pub(crate) const REPLACED: &str = "records.replaced";
 
 /// Takes the lock and signs it as `holder`. It does not wait for another writer.
 pub(crate) fn lock_for_writing(directory: &Path, holder: &Holder) -> Result<Lock, OpenError> {
@@ -292,18 +295,21 @@ pub(crate) fn require_promised(
     })
 }
 
-/// Clears away what a killed salvage has left. A salvage that was killed at its last step is
-/// finished: the sound database takes the place from which the damaged one was put aside.
+/// Clears away what a killed salvage or collection has left. One that was killed at its last step is
+/// finished: the new database takes the place from which the old one was put aside. What cannot be
+/// removed stays until the next opening, for it is in nobody's way.
 fn finish_salvage(directory: &Path) -> io::Result<()> {
     let (records, salvaged) = (directory.join(RECORDS), directory.join(SALVAGED));
-    if !durable::is_real_directory(&salvaged) {
-        return Ok(());
+    if durable::is_real_directory(&salvaged) {
+        if records.exists() {
+            let _ = database::remove(&salvaged);
+        } else {
+            fs::rename(&salvaged, &records)?;
+            durable::sync_directory(directory)?;
+        }
     }
-    if records.exists() {
-        return fs::remove_dir_all(&salvaged);
-    }
-    fs::rename(&salvaged, &records)?;
-    durable::sync_directory(directory)
+    let _ = database::remove(&directory.join(REPLACED));
+    Ok(())
 }
 
 /// Returns true if the directory holds nothing except the leftovers of a killed opening or of a

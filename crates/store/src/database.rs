@@ -16,6 +16,7 @@ use std::{fs, io, thread};
 use identity::JobKey;
 
 use crate::access;
+use crate::durable;
 
 /// The size of sled's cache \[bytes\]. Records are small and read once, and sled's default of 1 GiB
 /// would be the largest part of a coordinator.
@@ -135,6 +136,22 @@ pub(crate) fn own_files(directory: &Path) -> io::Result<Vec<String>> {
     }
     names.sort_by_key(|name| (name == LOG, name.clone()));
     Ok(names)
+}
+
+/// Removes the database in `directory` and the directory, which stays if it holds anything else.
+/// Something else in its place is removed too.
+pub(crate) fn remove(directory: &Path) -> io::Result<()> {
+    if !durable::is_real_directory(directory) {
+        return durable::clear_away(directory);
+    }
+    for entry in fs::read_dir(directory)? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        // A snapshot that was never finished begins like others.
+        if name.starts_with("snap.") || ["conf", LOG, LARGE].contains(&&*name) {
+            durable::clear_away(&directory.join(&name))?;
+        }
+    }
+    fs::remove_dir(directory)
 }
 
 /// Gives what sled has made in `directory` as root to the owner of the directory.

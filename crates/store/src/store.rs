@@ -250,13 +250,14 @@ impl Store {
         if removed == 0 {
             return Ok(0);
         }
-        let next = Manifest::new(manifest.records, studies, manifest.labels.clone());
-        self.core.replace(&mut manifest, next)?;
+        // A kill between the two leaves the studies without their shards, and not the reverse.
         let mut shards = parts::read(&self.core.directory);
         shards.retain(|state| !names.contains(&state.shard.study));
         parts::write(&self.core.directory, &shards).map_err(|source| {
             WriteError::io("write", &self.core.directory.join(parts::FILE), source)
         })?;
+        let next = Manifest::new(manifest.records, studies, manifest.labels.clone());
+        self.core.replace(&mut manifest, next)?;
         Ok(removed)
     }
 

@@ -30,7 +30,6 @@ use std::collections::{BTreeMap, HashMap};
 
 use toml::de::{DeTable, DeValue};
 
-use crate::assemble::with_article;
 use crate::axis::{Choice, Group, MAX_POINTS, SweepAxis, Target};
 use crate::design::{Design, MOST_DIMENSIONS, SamplingMethod};
 use crate::distribution::{BoundedNormal, CumulativeWeights, Distribution};
@@ -372,10 +371,7 @@ fn read_drawn(
         return read_discrete(key, table, node);
     }
     let Quantity::Number(dimension) = key.quantity() else {
-        let message = format!(
-            "`{path}` has only single values, which {} distribution lacks",
-            with_article(shape)
-        );
+        let message = format!("`{path}` has only single values, and \"{shape}\" draws no such");
         let expected = "needs { values = [ … ] }, and weights where they differ";
         return Err(Mistake::new(node.span(), message, expected));
     };

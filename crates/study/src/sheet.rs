@@ -72,7 +72,7 @@ pub(crate) struct Given {
 pub(crate) struct Sheet<'a>(HashMap<Key, Cow<'a, Given>, BuildHasherDefault<KeyHasher>>);
 
 /// A hasher of keys, which are small numbers that no one chooses: the multiplication of Fx. A sheet
-/// is filled for every point, and hashing was a third of what a point took.
+/// is filled for every point.
 #[derive(Clone, Default)]
 struct KeyHasher(u64);
 

@@ -20,7 +20,11 @@ const MOST_RUNS: usize = 20;
 /// Lists what no study refers to, and removes it.
 pub(super) fn gc(args: &GcArgs) -> Result<Finish> {
     let directory = &args.store.store;
-    let limits = GarbageLimits { older_than: args.older_than, larger_than: args.larger_than };
+    let limits = GarbageLimits {
+        older_than: args.older_than,
+        larger_than: args.larger_than,
+        earlier_physics: args.earlier_physics,
+    };
     if args.dry_run {
         let reader = read_store(directory)?;
         if !reader.exports().is_empty() {
@@ -56,10 +60,13 @@ fn say(
             "files_of_results": found.files_of_results,
             "files": found.files,
             "bytes": bytes(found),
+            "kept_of_earlier_physics": found.comparable,
+            "kept_for_unfinished_studies": found.awaited,
             "unread_records": found.unread,
             "unfinished_files": done.map(|done| done.unfinished),
             "database_bytes_before": done.map(|done| done.database_before),
             "database_bytes_after": done.map(|done| done.database_after),
+            "in_place": done.map(|done| done.is_in_place),
         }));
     }
     let text = match done {
@@ -67,15 +74,31 @@ fn say(
         None => list(found, blobs)? + "nothing was removed, as --dry-run asks\n",
         Some(done) if found.is_empty() && done.unfinished == 0 => String::new(),
         Some(Collection {
-            records, blobs, unfinished, database_before, database_after, ..
+            records,
+            blobs,
+            unfinished,
+            database_before,
+            database_after,
+            is_in_place,
+            is_old_left,
+            ..
         }) => {
-            format!(
+            let mut text = format!(
                 "removed {} and {}; the database takes {}, where it took {}\n",
                 count(records, "result", "results"),
                 count(blobs + unfinished, "file", "files"),
                 BinaryBytes(database_after),
                 BinaryBytes(database_before)
-            )
+            );
+            if is_in_place {
+                text += "the disk has no room for a smaller copy of the database; later results \
+                         use the space in it that is free now\n";
+            }
+            if is_old_left {
+                text += "the old database could not be removed (`records.replaced` in the store); \
+                         the next command that writes tries again\n";
+            }
+            text
         }
     };
     output::print(&text)
@@ -101,11 +124,37 @@ fn list(found: &FoundGarbage, blobs: &Blobs) -> Result<String> {
              removed, which they may need (`store verify` and `store salvage` say more)\n"
         );
     }
+    for (name, kept) in &found.awaited {
+        text += &format!(
+            "the study `{name}` is not finished: {}, {}, stay, which it may yet refer to\n",
+            count(kept.results, "result", "results"),
+            BinaryBytes(kept.bytes)
+        );
+    }
+    if found.comparable.results > 0 {
+        text += &format!(
+            "{} of earlier versions of the physics, {}, stay for `diff` (--earlier-physics removes \
+             them)\n",
+            count(found.comparable.results, "result", "results"),
+            BinaryBytes(found.comparable.bytes)
+        );
+    }
     if found.is_empty() {
         return Ok(text + "nothing to remove\n");
     }
-    if !found.results.is_empty() {
-        text += &runs(&found.results, blobs)?;
+    let (comparable, others): (Vec<_>, Vec<_>) =
+        found.results.iter().partition(|result| result.is_comparable);
+    for (results, what) in [
+        (others, "that no study refers to"),
+        (comparable, "of earlier versions of the physics, which `diff` can no more compare then"),
+    ] {
+        if !results.is_empty() {
+            text += &runs(&results, what, blobs)?;
+        }
+    }
+    if !found.files_of_results.is_empty() {
+        let files = count(found.files_of_results.len(), "file goes", "files go");
+        text += &format!("{files} with them\n");
     }
     if let Some(last) = found.files.last() {
         let size: u64 = found.files.iter().map(|file| file.bytes).sum();
@@ -119,10 +168,10 @@ fn list(found: &FoundGarbage, blobs: &Blobs) -> Result<String> {
     Ok(text)
 }
 
-/// Lists the runs that computed some results, the oldest first.
-fn runs(results: &[UnusedResult], blobs: &Blobs) -> Result<String> {
+/// Lists the runs that computed some results, the oldest first; `what` says which these are.
+fn runs(results: &[&UnusedResult], what: &str, blobs: &Blobs) -> Result<String> {
     let mut runs: HashMap<Option<[u8; 32]>, Vec<&UnusedResult>> = HashMap::new();
-    for result in results {
+    for &result in results {
         runs.entry(result.run).or_default().push(result);
     }
     let last = |results: &[&UnusedResult]| results.iter().map(|result| result.finished).max();
@@ -144,7 +193,7 @@ fn runs(results: &[UnusedResult], blobs: &Blobs) -> Result<String> {
     let heads = ["computed", "results", "size", "by"].map(|name| TableColumn::new(name, ""));
     let size: u64 = results.iter().map(|result| result.bytes).sum();
     let mut text = format!(
-        "{} that no study refers to, {}:\n{}",
+        "{} {what}, {}:\n{}",
         count(results.len(), "result", "results"),
         BinaryBytes(size),
         DataTable::new(heads.to_vec(), rows.collect())?.terminal(&layout())

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use identity::JobKey;
 use serde_json::Value;
-use store::Store;
+use store::{ReadError, Store, StoreReader};
 use study::Record;
 use study::job::PHYSICS_VERSION;
 
@@ -20,6 +20,16 @@ fn shared() -> String {
 
 fn keys_in_store(place: &Place) -> BTreeSet<JobKey> {
     Store::read(&place.path(".tribosweep")).unwrap().keys().unwrap().into_iter().collect()
+}
+
+/// Returns the records of a store as an earlier version of the physics would have left them.
+fn earlier_records(reader: &StoreReader) -> Vec<(JobKey, Vec<u8>)> {
+    let earlier = |(_, bytes): (JobKey, Result<Vec<u8>, ReadError>)| {
+        let mut record = Record::decode(&bytes.unwrap()).unwrap();
+        record.physics = PHYSICS_VERSION - 1;
+        (record.key(), record.encode())
+    };
+    reader.records().unwrap().map(earlier).collect()
 }
 
 #[test]
@@ -99,6 +109,40 @@ fn a_collection_has_limits_of_age_and_size() {
     ]));
 }
 
+#[test]
+fn what_has_no_known_age_is_not_older() {
+    let place = Place::run();
+    let store = Store::open(&place.path(".tribosweep")).unwrap();
+    let undated = |(key, bytes): (JobKey, Result<Vec<u8>, ReadError>)| {
+        let mut record = Record::decode(&bytes.unwrap()).unwrap();
+        record.provenance.finished = 0;
+        (key, record.encode())
+    };
+    let records: Vec<_> = store.records().take(2).map(undated).collect();
+    store.commit(&records).unwrap();
+    drop(store);
+    assert_eq!(place.call("rm small").code, 0);
+    let found = |line: &str| place.json(line)["results"].as_array().unwrap().len();
+    assert_eq!(found("store gc --dry-run --json --older-than 0s"), 4);
+    assert_eq!(found("store gc --dry-run --json"), 6);
+    let said = place.call("store gc --dry-run").out;
+    assert!(said.contains("\n1 file goes with them\n"), "{said}");
+}
+
+/// A database elsewhere would be left there, whole, and a smaller one put into the store.
+#[test]
+fn a_linked_database_is_not_collected() {
+    let place = Place::run();
+    assert_eq!(place.call("rm small").code, 0);
+    let records = place.path(".tribosweep/records");
+    fs::rename(&records, place.path("elsewhere")).unwrap();
+    std::os::unix::fs::symlink(place.path("elsewhere"), &records).unwrap();
+    let said = place.call("store gc");
+    assert_eq!(said.code, 1, "{}", said.out);
+    assert!(said.err.contains("records is a symbolic link"), "{}", said.err);
+    assert_eq!(keys_in_store(&place).len(), 6);
+}
+
 /// A study that chooses its points refers to all that its choice has.
 #[test]
 fn points_that_a_study_chose_are_kept() {
@@ -114,6 +158,65 @@ fn points_that_a_study_chose_are_kept() {
         assert_eq!(place.call("store gc").out, "nothing to remove\n");
         assert_eq!(keys_in_store(&place), all);
         assert_eq!(place.json("run small.toml --json")["run"]["cached"], all.len());
+    }
+}
+
+/// The choice of a study stops where a result is missing. What it had chosen beyond is kept.
+#[test]
+fn what_an_unfinished_study_may_choose_is_kept() {
+    let found =
+        "[find]\naxis = \"friction.mu\"\ncolumn = \"stick_fraction\"\nvalue = 0.5\nto = \"5%\"\n";
+    let refined = "[refine]\non = \"load\"\nuntil = \"0.1%\"\nat_most = 24\n";
+    for rule in [refined, found] {
+        let place = Place::with("small.toml", format!("{SMALL}\n{rule}"));
+        let run = place.call("run small.toml --workers 2");
+        assert!([0, 2].contains(&run.code), "{}", run.err);
+        let all = keys_in_store(&place);
+        let mut awaited = 0;
+        for key in &all {
+            let store = Store::open(&place.path(".tribosweep")).unwrap();
+            let record = store.get(key).unwrap().unwrap();
+            store.remove(&[*key]).unwrap();
+            drop(store);
+            let found = place.json("store gc --dry-run --json");
+            assert_eq!(found["results"], Value::Array(Vec::new()), "{found}");
+            let kept = &found["kept_for_unfinished_studies"]["small"]["results"];
+            awaited += kept.as_u64().unwrap_or(0);
+            Store::open(&place.path(".tribosweep")).unwrap().commit(&[(*key, record)]).unwrap();
+        }
+        assert!(awaited > 0, "some result decides about others");
+    }
+}
+
+/// `diff` holds results of earlier physics against those of this one.
+#[test]
+fn results_of_earlier_physics_stay_unless_they_are_given_up() {
+    let refined = "[refine]\non = \"load\"\nuntil = \"0.1%\"\nat_most = 24\n";
+    for rule in ["", refined] {
+        let place = Place::with("small.toml", format!("{SMALL}\n{rule}"));
+        let run = place.call("run small.toml --workers 2");
+        assert!([0, 2].contains(&run.code), "{}", run.err);
+        let reader = Store::read(&place.path(".tribosweep")).unwrap();
+        let earlier: Vec<(JobKey, Vec<u8>)> = earlier_records(&reader);
+        let definition = reader.study("small").unwrap().unwrap();
+        drop(reader);
+        let before = Store::open(&place.path("before")).unwrap();
+        before.commit(&earlier).unwrap();
+        before.put_study("small", &definition).unwrap();
+        drop(before);
+        Store::open(&place.path(".tribosweep")).unwrap().commit(&earlier).unwrap();
+        let current = keys_in_store(&place).len() - earlier.len();
+        for (store, all) in [(".tribosweep", 2 * current), ("before", current)] {
+            let keys = || Store::read(&place.path(store)).unwrap().keys().unwrap().len();
+            let said = place.call(&format!("store gc --store {store}"));
+            let stay = format!("{current} results of earlier versions of the physics, ");
+            assert!(said.out.starts_with(&stay), "{}", said.out);
+            assert!(said.out.ends_with("nothing to remove\n"), "{}", said.out);
+            assert_eq!(keys(), all);
+            let said = place.call(&format!("store gc --earlier-physics --store {store}"));
+            assert!(said.out.starts_with(&stay), "{}", said.out);
+            assert_eq!(keys(), all - current);
+        }
     }
 }
 
@@ -233,6 +336,14 @@ fn studies_are_held_against_each_other() {
     let finer = SMALL.replace("\"small\"", "\"finer\"").replace("mesh = 6", "mesh = 8");
     place.write("finer.toml", finer.replace("[0.0, 0.3]", "[0.3, 0.4]"));
     assert_eq!(place.call("run finer.toml --workers 2").code, 0);
+    let other = SMALL.replace("\"small\"", "\"other\"");
+    place.write("other.toml", other.replace("[0.0, 0.3]", "[0.2, 0.4]"));
+    assert_eq!(place.call("run other.toml --workers 2").code, 0);
+    // A study without results.
+    let definition = Store::read(&place.path(".tribosweep")).unwrap().study("small").unwrap();
+    let none = Store::open(&place.path("none")).unwrap();
+    none.put_study("small", &definition.unwrap()).unwrap();
+    drop(none);
     insta::assert_snapshot!(place.transcript(&[
         &["diff", "small", "small"],
         &["diff", "small", "finer", "--select", "load,stick_elements,status"],
@@ -243,6 +354,9 @@ fn studies_are_held_against_each_other() {
         &["diff", "small", "finer", "--select", "lod"],
         &["diff", "small", "finer", "--tolerance", "much"],
         &["diff", "small", "--other", "nowhere"],
+        &["diff", "small", "other", "--select", "load", "--common"],
+        &["diff", "small", "small", "--select", "load", "--tolerance", "0"],
+        &["diff", "small", "--store", "none", "--other", "none"],
     ]));
     let found = place.json("diff small finer --json --select load,status");
     assert_eq!((&found["same"], &found["common"]), (&false.into(), &3.into()));
@@ -256,15 +370,7 @@ fn studies_are_held_against_each_other() {
 fn versions_of_the_program_are_held_against_each_other() {
     let place = Place::run();
     let reader = Store::read(&place.path(".tribosweep")).unwrap();
-    let earlier: Vec<(JobKey, Vec<u8>)> = reader
-        .records()
-        .unwrap()
-        .map(|(_, bytes)| {
-            let mut record = Record::decode(&bytes.unwrap()).unwrap();
-            record.physics = PHYSICS_VERSION - 1;
-            (record.key(), record.encode())
-        })
-        .collect();
+    let earlier = earlier_records(&reader);
     let definition = reader.study("small").unwrap().unwrap();
     let store = Store::open(&place.path("before")).unwrap();
     store.commit(&earlier).unwrap();

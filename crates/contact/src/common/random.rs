@@ -24,6 +24,7 @@ pub struct SplitMix64(pub u64);
 
 impl SplitMix64 {
     /// Returns 64 random bits.
+    #[inline]
     #[expect(clippy::should_implement_trait, reason = "the numbers have no end")]
     pub fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);

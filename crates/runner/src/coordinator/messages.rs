@@ -27,6 +27,8 @@ pub(crate) enum Input {
     Exited { worker: WorkerId, loss: Loss, running: Option<LeaseId> },
     /// The last [`Action::Commit`] is durable.
     Committed,
+    /// The ledger wants no further job to be begun.
+    Enough,
     /// Somebody asked once more to stop.
     Interrupt,
     /// Somebody asked once more for an end in time.

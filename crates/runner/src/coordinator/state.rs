@@ -104,6 +104,8 @@ pub(crate) struct Coordinator {
     pub(super) took: f64,
     /// The decaying sum of the times that were predicted for them \[s\].
     pub(super) predicted: f64,
+    /// True once the results are reason enough to begin no further job.
+    pub(super) enough: bool,
     pub(super) interrupts: u32,
     /// The number of requests for an end in time.
     pub(super) ends: u32,
@@ -144,6 +146,8 @@ pub enum EarlyEnd {
     Interrupted,
     /// Its time was up, or somebody asked for an end in time.
     InTime,
+    /// The [ledger](crate::Ledger::is_enough) had enough.
+    Enough,
 }
 
 /// The sums of a run beside its counts.
@@ -184,6 +188,7 @@ impl Coordinator {
             committing: Vec::new(),
             took: 0.0,
             predicted: 0.0,
+            enough: false,
             interrupts: 0,
             ends: 0,
             until: options.until,
@@ -212,7 +217,7 @@ impl Coordinator {
     }
 
     pub(super) fn stopping(&self) -> bool {
-        self.interrupts > 0 || self.given_up || self.ending.is_some()
+        self.interrupts > 0 || self.enough || self.given_up || self.ending.is_some()
     }
 
     /// Returns how often somebody asked the run to stop.
@@ -231,7 +236,12 @@ impl Coordinator {
             Some(EarlyEnd::Interrupted)
         } else {
             let is_left = self.counts.waiting + self.counts.running > 0;
-            self.ending.filter(|_| is_left).map(|_| EarlyEnd::InTime)
+            let early = match self.ending {
+                Some(_) => EarlyEnd::InTime,
+                None if self.enough => EarlyEnd::Enough,
+                None => return None,
+            };
+            is_left.then_some(early)
         }
     }
 

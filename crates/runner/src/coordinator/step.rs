@@ -66,6 +66,7 @@ impl Coordinator {
             }
             Input::Exited { worker, loss, running } => self.exited(worker, loss, running),
             Input::Committed => self.committed(),
+            Input::Enough => self.enough = true,
             Input::Interrupt => self.interrupt(),
             Input::End => self.end(),
             Input::StoodStill(lost) => self.stood_still(lost),

@@ -209,7 +209,7 @@ fn conditions_and_formulas_know_what_is_drawn() {
 name = "x"
 [scene]
 foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
-punch.shape = "sphere"
+punch = { shape = "sphere" }
 loading.steps = [{}]
 [numerics]
 mesh = 8
@@ -222,23 +222,24 @@ punch.radius = { values = ["1 mm", "9 mm"] }
 [derive]
 "loading.steps[0].approach" = "1e-3 * punch.radius"
 [[exclude]]
-when = "radius < 0.005 && mu > 0.3"
+when = "radius == 0.001 && mu > 0.3"
 [[exclude]]
-when = "approach > 1e-6 && mu < 0.2"
+when = "approach > 2e-6 && mu < 0.2"
 "#;
     let study = good(text);
+    let columns = study.columns();
+    let approach = study::columns::find(&columns, "approach").unwrap();
     let (mut small, mut large) = (0, 0);
     for point in study.points() {
-        let [Value::Number(mu), Value::Number(radius)] = &point.values[..] else { panic!() };
-        let case = point.job.case().unwrap();
-        let approach = case.scene.loading.steps[0];
-        let is_small = *radius < 5e-3;
-        assert!(if is_small { *mu <= 0.3 } else { *mu >= 0.2 }, "{mu}");
+        let [Value::Number(mu), Value::Number(radius)] = point.values[..] else { panic!() };
+        let is_small = radius == 1e-3;
+        assert!(if is_small { mu <= 0.3 } else { mu >= 0.2 }, "{radius}: {mu}");
+        let expected = if is_small { 1e-6 } else { 9e-6 };
+        assert_eq!(approach.value(&point, None), Value::Number(expected));
         small += usize::from(is_small);
         large += usize::from(!is_small);
-        assert!(format!("{approach:?}").contains(if is_small { "1e-6" } else { "9e-6" }));
     }
-    // Half of each range of μ is left to the small spheres, and three quarters to the large ones.
+    // Half of the range of μ is left to the small spheres, and three quarters to the large ones.
     assert!((14..=18).contains(&small) && (22..=26).contains(&large), "{small}, {large}");
     assert_eq!(study.excluded(), 64 - small - large);
 

@@ -61,6 +61,11 @@ const CASES: &[(&str, &str, &str)] = &[
         "[refine]\non = \"load\"\nuntil = \"1%\"\n[sensitivity]",
     ),
     (
+        "axes that are filled",
+        "[sensitivity]",
+        "[fill]\naxis = \"friction.mu\"\ncolumn = \"load\"\n[sensitivity]",
+    ),
+    (
         "a figure over something",
         "[sample]\n",
         "[figure]\nkind = \"sensitivity\"\nx = \"mu\"\ny = \"load\"\n[sample]\n",

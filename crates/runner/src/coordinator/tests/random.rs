@@ -24,6 +24,7 @@ fn input() -> impl Strategy<Value = Input> {
             .prop_map(|(worker, idle, reports)| Input::Request { worker, idle, reports }),
         6 => worker.clone().prop_map(|worker| Input::Request { worker, idle: false, reports: Vec::new() }),
         2 => Just(Input::Committed),
+        1 => Just(Input::Enough),
         1 => Just(Input::Clock),
         1 => worker.clone().prop_map(|worker| Input::Heartbeat { worker }),
         1 => (worker.clone(), cause, proptest::option::of(0..40u64))
