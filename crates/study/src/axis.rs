@@ -373,8 +373,8 @@ pub(crate) fn point_level(groups: &[Group], steps: &[usize]) -> u32 {
     levels.max().unwrap_or(0)
 }
 
-/// Returns the number of entries that [`Key::Layers`] or [`Key::Steps`] has in the scene: those that
-/// the base gives, else those that axes make, from the first one on without a gap.
+/// Returns the number of entries that [`Key::Layers`] or [`Key::Steps`] has in the scene: those
+/// that the base gives, else those that axes make, from the first one on without a gap.
 pub(crate) fn entries(list: Key, base: &[(Key, Given)], groups: &[Group]) -> u32 {
     let scene = Sheet::new(base.iter().map(|(key, given)| (*key, given)));
     if scene.get(list).is_some() {

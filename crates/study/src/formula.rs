@@ -7,10 +7,10 @@
 //! radian does. The crates for units fix dimensions when Rust is compiled, and those that evaluate
 //! texts know none, so the few lines of a reader are here.
 //!
-//! A value is rounded to 15 significant digits, and to 13 where a function is used whose last digits
-//! are not exact: `0.1 * radius` with a radius of 3 mm is the job of 0.3 mm. The functions are those
-//! of `libm`, which are the same on every machine. A formula that is a key alone has its value, to
-//! the last bit.
+//! A value is rounded to 15 significant digits, and to 13 where a function is used whose last
+//! digits are not exact: `0.1 * radius` with a radius of 3 mm is the job of 0.3 mm. The functions
+//! are those of `libm`, which are the same on every machine. A formula that is a key alone has its
+//! value, to the last bit.
 
 use std::f64::consts::PI;
 

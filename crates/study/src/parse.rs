@@ -394,8 +394,8 @@ fn refuse_chosen(
     Some(Mistake::new(span, message, "cannot depend on it"))
 }
 
-/// Refuses a condition over a key that tells the rungs of a ladder apart: limits and fronts are made
-/// of whole ladders.
+/// Refuses a condition over a key that tells the rungs of a ladder apart: limits and fronts are
+/// made of whole ladders.
 fn refuse_rungs(
     exclusion: &Exclusion,
     kind: Kind,

@@ -61,7 +61,15 @@ pub(crate) type ReadColumn<'f> = dyn FnMut(&str, &str, Dimension) -> Result<Vec<
 /// The columns of measured values, each of which is read once, however many keys are drawn from it.
 struct MeasuredColumns<'f, 'r> {
     read: &'r mut ReadColumn<'f>,
-    known: HashMap<(String, String, Dimension), Vec<MeasuredValue>>,
+    known: HashMap<MeasuredColumn, Vec<MeasuredValue>>,
+}
+
+/// A column of a file, and what its values measure.
+#[derive(Clone, PartialEq, Eq, Hash)]
+struct MeasuredColumn {
+    file: String,
+    column: String,
+    dimension: Dimension,
 }
 
 /// A value that was measured, and how often it was.
@@ -83,7 +91,8 @@ impl MeasuredColumns<'_, '_> {
         column: &str,
         dimension: Dimension,
     ) -> Result<&[MeasuredValue], String> {
-        let values = match self.known.entry((file.to_owned(), column.to_owned(), dimension)) {
+        let meant = MeasuredColumn { file: file.to_owned(), column: column.to_owned(), dimension };
+        let values = match self.known.entry(meant) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(place) => {
                 let mut all = (self.read)(file, column, dimension)?;

@@ -610,9 +610,9 @@ impl Study {
         self.filled(steps, None, &[]).0
     }
 
-    /// Returns the sheet of a point and why keys cannot be derived there. The sample may be drawn at
-    /// some `parts` of its distributions in place of those of its step, and some `settings` stand
-    /// in place of the point's own. Keys are derived from all of these.
+    /// Returns the sheet of a point and why keys cannot be derived there. The sample may be drawn
+    /// at some `parts` of its distributions in place of those of its step, and some `settings`
+    /// stand in place of the point's own. Keys are derived from all of these.
     pub(crate) fn filled(
         &self,
         steps: &[usize],

@@ -29,7 +29,7 @@ struct PlannedPoint {
     increments: u64,
 }
 
-/// What the axes make at an index.
+/// A step of the axes with the point that it makes.
 struct PlannedStep {
     /// The point; `None` if the study's conditions leave it out.
     point: Option<PlannedPoint>,

@@ -104,3 +104,26 @@ fn a_single_scene_is_solved_with_derived_keys() {
     assert!(other.out.contains("approach = 2e-6"), "{}", other.out);
     assert_ne!(key(&other.out), key(&derived.out));
 }
+
+/// A plan of more points than are listed says of conditions what one of fewer says.
+#[test]
+fn conditions_of_a_large_study_are_judged_by_its_plan() {
+    let study = |conditions: &str| {
+        format!(
+            "name = \"large\"\n[scene]\nfoundation.base = {{ shear_modulus = \"80 GPa\", \
+             poisson = 0.3 }}\npunch = {{ shape = \"sphere\", radius = \"10 mm\" }}\n\
+             loading.steps = [{{ approach = \"1 um\" }}]\n[numerics]\nmesh = 8\n[sweep]\n\
+             \"friction.mu\" = {{ from = 0, to = 1, count = 150000 }}\n\
+             \"punch.radius\" = [\"5 mm\", \"10 mm\"]\n{conditions}"
+        )
+    };
+    let few = "[[keep]]\nwhen = \"mu < 0.001\"\n[[exclude]]\nwhen = \"mu > 2\"\n";
+    let place = Place::with("large.toml", study(few));
+    let plan = place.call("plan large.toml");
+    assert!(plan.out.contains("300 points (299700 more excluded)"), "{}{}", plan.out, plan.err);
+    assert!(plan.out.contains("[[exclude]] `mu > 2` holds at no point"), "{}", plan.out);
+    place.write("large.toml", study("[[keep]]\nwhen = \"radius > 7\"\n"));
+    let plan = place.call("plan large.toml");
+    assert_ne!(plan.code, 0);
+    assert!(plan.err.contains("leave none of the study's 300000 points"), "{}", plan.err);
+}
