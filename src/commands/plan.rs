@@ -66,8 +66,8 @@ struct Plan<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     note: Option<String>,
     /// The remarks on what the file says without effect.
-    #[serde(skip_serializing_if = "<[String]>::is_empty")]
-    remarks: &'a [String],
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    remarks: Vec<&'a String>,
     /// The findings so far of a study that chooses points.
     #[serde(skip_serializing_if = "Option::is_none")]
     chosen: Option<serde_json::Value>,
@@ -301,7 +301,12 @@ fn cached_keys(jobs: &JobList, reader: Option<&StoreReader>) -> Result<HashSet<J
 }
 
 impl<'a> Plan<'a> {
-    fn of(study: &'a Study, tally: &PlanTally, overview: &'a Overview, files: Vec<String>) -> Self {
+    fn of(
+        study: &'a Study,
+        tally: &'a PlanTally,
+        overview: &'a Overview,
+        files: Vec<String>,
+    ) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let workers = workers(study, cores, tally.to_run);
         Plan {
@@ -310,7 +315,7 @@ impl<'a> Plan<'a> {
             shard: None,
             points: tally.points,
             excluded: study.has_conditions().then_some(tally.excluded),
-            remarks: study.remarks(),
+            remarks: study.remarks().iter().chain(&tally.remarks).collect(),
             jobs: tally.jobs,
             cached: tally.jobs - tally.to_run,
             to_run: tally.to_run,
@@ -351,7 +356,8 @@ impl<'a> Plan<'a> {
             text += &format!(" with {} increments", self.increments);
         }
         text += "\n";
-        let remarks = self.remarks.iter().chain(&self.files).map(|line| format!("{line}\n"));
+        let remarks =
+            self.remarks.iter().copied().chain(&self.files).map(|line| format!("{line}\n"));
         text += &self.note.iter().map(|note| format!("note: {note}\n")).collect::<String>();
         text + &remarks.collect::<String>()
     }

@@ -1,6 +1,8 @@
 //! The influence of each key on a result, from the rows of a design: Sobol' indices or elementary
 //! effects, the most influential key first.
 
+use std::collections::BTreeMap;
+
 use report::{Cell, DataTable, TableColumn};
 use study::kind::sensitivity::{SensitivityMethod, SobolEstimators};
 use study::{Column, Design, Study};
@@ -104,14 +106,16 @@ impl<'a> DesignFrame<'a> {
     /// Gathers the outputs of the rows at one place.
     fn outputs(&self, evidence: &Evidence<'_>, column: &Column, group: &PointGroup) -> RowOutputs {
         let length = self.design.row_length();
-        let mut members: Vec<Vec<Option<usize>>> =
-            vec![vec![None; length]; self.design.count() as usize];
+        // A shard has few of the rows, of which there may be thousands of millions.
+        let mut members: BTreeMap<usize, Vec<Option<usize>>> = BTreeMap::new();
         for point in &group.members {
             let step = self.steps[*point];
-            members[step / length][step % length] = Some(*point);
+            let row = members.entry(step / length).or_insert_with(|| vec![None; length]);
+            row[step % length] = Some(*point);
         }
-        let mut outputs = RowOutputs { whole: Vec::new(), failed: 0, left: 0, floor: 0.0 };
-        for (row, points) in members.iter().enumerate() {
+        let absent = (self.design.count() as usize).saturating_sub(members.len());
+        let mut outputs = RowOutputs { whole: Vec::new(), failed: 0, left: absent, floor: 0.0 };
+        for (row, points) in members {
             let value = |point: &Option<usize>| number(evidence, column, (*point)?);
             let has_ended = |point: &Option<usize>| {
                 point
@@ -285,6 +289,8 @@ fn forms(estimators: SobolEstimators) -> Estimators {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::records::{RecordMap, Records, RecordsError};
+    use crate::testing::SPHERE;
 
     #[test]
     fn what_is_noise_around_nothing_does_not_vary() {
@@ -298,5 +304,48 @@ mod tests {
         assert!(!outputs(&[1e-13, -3e-13], 1e-9).vary(1e-6));
         assert!(outputs(&[1.0, 1.1], 1e-9).vary(1e-6));
         assert!(!outputs(&[1.0, 1.0 + 1e-7], 1e-9).vary(1e-6));
+    }
+
+    /// A source without results.
+    struct EmptySource;
+
+    impl Records for EmptySource {
+        fn select(&self, _: &[identity::JobKey]) -> Result<RecordMap, RecordsError> {
+            Ok(RecordMap::new())
+        }
+
+        fn matching(&self, _: &dyn Fn(&str) -> bool) -> Result<RecordMap, RecordsError> {
+            Ok(RecordMap::new())
+        }
+
+        fn fields(&self, _: &study::Record) -> Result<contact::model::Fields, RecordsError> {
+            Err("there are no fields".into())
+        }
+
+        fn account(&self, _: &[u8; 32]) -> Option<study::RunAccount> {
+            None
+        }
+    }
+
+    /// A shard has some rows of very many; the others take no memory.
+    #[test]
+    fn rows_that_are_not_there_are_counted() {
+        let text = format!(
+            "kind = \"sensitivity\"\n{SPHERE}[sample]\nmethod = \"sobol\"\ncount = 1000000000\n\
+             [sample.keys]\nfriction.mu = {{ from = 0.1, to = 0.5 }}\n"
+        );
+        let study = Study::parse_sharded(&text, "sphere.toml", &mut |_| Err(String::new()))
+            .unwrap_or_else(|error| panic!("{}", error.render(false)));
+        // Two rows of three points, and a part of another.
+        let part = study.restricted((0..6).chain([2_999_999_997]).collect()).unwrap();
+        let (points, records) = (part.points(), RecordMap::new());
+        let evidence =
+            Evidence { study: &part, points: &points, records: &records, source: &EmptySource };
+        let frame = DesignFrame::of(&evidence).unwrap().unwrap();
+        let columns = part.columns();
+        let load = study::columns::find(&columns, "load").unwrap();
+        let RowOutputs { whole, failed, left, .. } =
+            frame.outputs(&evidence, load, &frame.groups[0]);
+        assert_eq!((whole.len(), failed, left), (0, 0, 1_000_000_000));
     }
 }

@@ -115,6 +115,11 @@ impl Accuracy {
         Ok(())
     }
 
+    /// Returns its place in the file.
+    pub(crate) fn place(&self) -> Span {
+        self.span.clone()
+    }
+
     /// Returns the mesh that stands in the study's base until another one is chosen.
     pub(crate) fn first_mesh(&self) -> (Key, Given) {
         (

@@ -220,17 +220,24 @@ impl SweepAxis {
     /// Turns a mistake about the value at a part of its distribution, which is near one of the
     /// ends, into a mistake about the distribution.
     pub(crate) fn beyond(&self, part: f64, mistake: Mistake) -> Mistake {
-        let Some(distribution) = self.distribution.as_ref().filter(|_| mistake.span == self.span)
-        else {
-            return mistake;
+        let Some(distribution) = &self.distribution else { return mistake };
+        let value = match self.drawn(part).map(|choice| choice.into_owned().shown) {
+            Some(Value::Number(value)) => value,
+            _ => return mistake,
         };
-        let value = distribution.quantile(part);
         let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
         let size = if part < 0.5 { "small" } else { "large" };
-        let message = format!("`{}` may be drawn as {size} as {}", self.path(), Compact(rounded));
-        let mistake = Mistake { message, ..mistake };
+        let drawn = format!("`{}` may be drawn as {size} as {}", self.path(), Compact(rounded));
+        if mistake.span != self.span {
+            // Something that follows from the key has no meaning there.
+            return match mistake.help.is_empty() {
+                true => mistake.help(drawn),
+                false => mistake,
+            };
+        }
+        let mistake = Mistake { message: drawn, ..mistake };
         match distribution {
-            Distribution::Normal(_) | Distribution::LogNormal(_) => {
+            Distribution::Normal(_) | Distribution::LogNormal { .. } => {
                 mistake.help("`from` and `to` bound the distribution")
             }
             _ => mistake,
@@ -294,16 +301,17 @@ impl Group {
         }
     }
 
-    /// Returns the value of each axis of a sample at a point of the unit cube, and writes them on a
-    /// sheet.
-    pub(crate) fn draw<'a>(&'a self, parts: &[f64], sheet: &mut Sheet<'a>) -> Vec<Value> {
-        let mut shown = Vec::new();
+    /// Returns the value of each axis of a sample at a point of the unit cube.
+    pub(crate) fn drawn_values(&self, parts: &[f64]) -> Vec<Value> {
+        let drawn = self.axes.iter().zip(parts).filter_map(|(axis, part)| axis.drawn(*part));
+        drawn.map(|choice| choice.into_owned().shown).collect()
+    }
+
+    /// Writes the values of a sample at a point of the unit cube on a sheet.
+    pub(crate) fn draw<'a>(&'a self, parts: &[f64], sheet: &mut Sheet<'a>) {
         for (axis, part) in self.axes.iter().zip(parts) {
-            let Some(choice) = axis.drawn(*part) else { continue };
-            shown.push(choice.shown.clone());
-            axis.apply(choice, sheet);
+            axis.drawn(*part).into_iter().for_each(|choice| axis.apply(choice, sheet));
         }
-        shown
     }
 
     /// Returns the axes in the order of the file. There is at least one, and all have
@@ -367,6 +375,18 @@ pub(crate) fn point_level(groups: &[Group], steps: &[usize]) -> u32 {
         None => 0,
     });
     levels.max().unwrap_or(0)
+}
+
+/// Returns the number of entries that [`Key::Layers`] or [`Key::Steps`] has in the scene: those that
+/// the base gives, else those that axes make, from the first one on without a gap.
+pub(crate) fn entries(list: Key, base: &[(Key, Given)], groups: &[Group]) -> u32 {
+    let scene = Sheet::new(base.iter().map(|(key, given)| (*key, given)));
+    if scene.get(list).is_some() {
+        return scene.length(list);
+    }
+    let made = groups.iter().flat_map(Group::axes).filter_map(|axis| axis.target.entry());
+    let made: HashSet<u32> = made.filter_map(|(of, index)| (of == list).then_some(index)).collect();
+    (0..).find(|index| !made.contains(index)).unwrap_or(0)
 }
 
 /// Returns every key that a base or an axis gives; some are returned more than once.

@@ -1,12 +1,12 @@
 //! Files with columns of measured values, from which a sample draws.
 //!
-//! The file is a text of lines; the first line that is no comment (`#`) has the heads, and the
-//! values are separated as those are: by tabs, semicolons, commas or blanks. A head may end with
-//! the unit of its column, `thickness [um]` or `thickness (um)`; without, each value has a unit of
-//! its own or is in SI units. Empty cells are no values.
+//! The file is a [table](crate::table_text). A head may end with the unit of its column,
+//! `thickness [um]` or `thickness (um)`; without, each value has a unit of its own or is in SI
+//! units. Empty cells are no values.
 
 use crate::file_fault::{FileFaults, FilePlace};
 use crate::file_text::{decode_text, known_format};
+use crate::table_text::{TextRow, read_rows};
 use crate::units::{Dimension, quantity};
 
 /// The largest number of values of a column.
@@ -25,41 +25,30 @@ pub(crate) fn read(
         return Err(FileFaults::whole(format!("it is {format} and no text")));
     }
     let text = decode_text(bytes).ok_or_else(|| FileFaults::whole("it is no text"))?;
-    let head = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let head = head.ok_or_else(|| FileFaults::whole("it is empty"))?;
-    let separator = [b'\t', b';', b',', b' '];
-    let is_in_head = |byte: &u8| head.as_bytes().contains(byte);
-    // A blank may stand before a unit, so that only tables without other separators have it.
-    let separator = separator.into_iter().find(is_in_head);
-    let is_single = separator == Some(b' ') && split_head(head).1.is_some();
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(separator.filter(|_| !is_single).unwrap_or(b','))
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .flexible(true)
-        .from_reader(text.as_bytes());
-    let heads = reader.headers().map_err(|error| FileFaults::whole(error.to_string()))?.clone();
-    let is_meant = |head: &str| head == column || split_head(head).0 == column;
-    let Some(index) = heads.iter().position(is_meant) else {
-        let mut faults = FileFaults::default();
-        let found = heads.iter().collect::<Vec<_>>().join(", ");
-        let place = heads.position().map(|place| FilePlace::line(place.line() as usize));
-        faults.add(place, &found, || format!("are its heads, and `{column}` is none of them"));
-        return Err(faults);
-    };
+    let mut rows = read_rows(&text);
+    let not_read = |error: csv::Error| FileFaults::whole(error.to_string());
+    let heads = rows.next().ok_or_else(|| FileFaults::whole("it is empty"))?.map_err(not_read)?;
+    let index = column_index(&heads, column)?;
+    let heads = heads.cells;
     let unit = split_head(&heads[index]).1;
     let mut values = Vec::new();
     let mut faults = FileFaults::default();
-    for record in reader.records() {
-        let record = record.map_err(|error| FileFaults::whole(error.to_string()))?;
-        let cell = record.get(index).unwrap_or_default();
+    for row in rows {
+        let TextRow { line, cells } = row.map_err(not_read)?;
+        if cells.len() != heads.len() {
+            let (found, all) = (cells.len(), heads.len());
+            faults.add(Some(FilePlace::line(line)), "", || {
+                format!("{found} values, but {all} heads")
+            });
+            continue;
+        }
+        let cell = cells.get(index).unwrap_or_default();
         if cell.is_empty() {
             continue;
         }
         match value(cell, unit, dimension) {
             Some(value) => values.push(value),
             None => {
-                let line = record.position().map_or(0, |place| place.line() as usize);
                 let place = FilePlace { line, value: index + 1 };
                 let unit = unit.map_or(String::new(), |unit| format!(" in {unit}"));
                 faults.add(Some(place), cell, || format!("is not {}{unit}", dimension.noun()));
@@ -74,6 +63,34 @@ pub(crate) fn read(
         (true, true) => Err(FileFaults::whole(format!("it has no value below `{column}`"))),
         (true, false) => Ok(values),
     }
+}
+
+/// Returns the index of the column that a name means: with its unit or without.
+fn column_index(heads: &TextRow, column: &str) -> Result<usize, FileFaults> {
+    let TextRow { line, cells } = heads;
+    let with = |is_meant: &dyn Fn(&str) -> bool| {
+        let found = cells.iter().enumerate().filter(|(_, head)| is_meant(head));
+        found.map(|(index, _)| index).collect::<Vec<_>>()
+    };
+    let whole = with(&|head| head == column);
+    let found = if whole.is_empty() { with(&|head| split_head(head).0 == column) } else { whole };
+    let mut faults = FileFaults::default();
+    match found[..] {
+        [index] => return Ok(index),
+        [] => {
+            let all = cells.iter().collect::<Vec<_>>().join(", ");
+            faults.add(Some(FilePlace::line(*line)), &all, || {
+                format!("are its heads, and `{column}` is none of them")
+            });
+        }
+        [_, second, ..] => {
+            let place = FilePlace { line: *line, value: second + 1 };
+            faults.add(Some(place), &cells[second], || {
+                format!("is the head of another column as well, and `{column}` may mean either")
+            });
+        }
+    }
+    Err(faults)
 }
 
 /// Splits a head into its name and the unit in brackets behind it.
@@ -116,6 +133,9 @@ mod tests {
             "d\tn\n1 mm\t7\n2000 um\t8\n",
             "\"d, outer\",d\n7,1e-3\n8,0.002\r\n",
             "d n\n0.001 3\n0.002 4\n",
+            "n     d\n  7     0.001\n  8     0.002\n",
+            "n d [mm]\n7 1\n8   2\n",
+            "d [mm],d\n7,0.001\n8,0.002\n",
         ] {
             assert_eq!(lengths(text, "d").as_deref(), Ok(&[0.001, 0.002][..]), "{text}");
         }
@@ -132,6 +152,8 @@ mod tests {
                 refused("d [GPa]\n3\n"),
                 refused("d\n"),
                 refused(""),
+                refused("d,n\n\n# measured\n1,2\n3\n4,5,6\nx,7\n"),
+                refused("d [mm],d [um]\n1,1000\n"),
             ]
             .join("\n")
         );

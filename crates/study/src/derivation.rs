@@ -16,7 +16,7 @@ use toml::de::DeValue;
 
 use contact::model::Mesh;
 
-use crate::axis::{Group, Target};
+use crate::axis::{self, Group, SweepAxis, Target};
 use crate::error::{Mistake, Span, are_enough};
 use crate::formula::{Formula, FormulaFault, UnitPowers};
 use crate::key::Key;
@@ -42,6 +42,16 @@ impl Derivation {
     /// Returns the keys that are derived.
     pub(crate) fn keys(&self) -> impl Iterator<Item = Key> + '_ {
         self.0.iter().map(|derived| derived.key)
+    }
+
+    /// Returns whether a formula stands at a place.
+    pub(crate) fn has_place(&self, place: &Span) -> bool {
+        self.0.iter().any(|derived| derived.span == *place)
+    }
+
+    /// Returns the place of the formula of a key.
+    pub(crate) fn place(&self, key: Key) -> Option<Span> {
+        self.0.iter().find(|derived| derived.key == key).map(|derived| derived.span.clone())
     }
 
     /// Returns whether a key follows from another one, directly or not.
@@ -89,7 +99,7 @@ fn derived(key: Key, formula: &Formula, sheet: &Sheet<'_>) -> Result<Setting, Fo
             key.short(),
             missing.short()
         );
-        fault(message, "needs it at every point; [[exclude]] leaves points out")
+        fault(message, "needs it at every point")
     })?;
     if !value.is_finite() {
         let message = format!("`{}` would be {value}", key.short());
@@ -108,18 +118,21 @@ fn derived(key: Key, formula: &Formula, sheet: &Sheet<'_>) -> Result<Setting, Fo
     }
 }
 
-/// Reads `[derive]`. `base` and `groups` are the study's.
+/// Reads `[derive]`. `base` and `groups` are the study's, and formulas may use the keys that it has
+/// `chosen` as well.
 pub(crate) fn read(
     node: &Node<'_>,
     base: &[(Key, Given)],
+    chosen: &[Key],
     groups: &[Group],
     mistakes: &mut Vec<Mistake>,
 ) -> Derivation {
     let mut written = Vec::new();
     collect("", node, &mut written, mistakes);
     written.sort_by_key(|written: &WrittenKey<'_, '_>| written.name_span.start);
+    let of_formulas = written.iter().map(|written| written.key);
     let given: Vec<Key> =
-        crate::axis::keys(base, groups).chain(written.iter().map(|written| written.key)).collect();
+        axis::keys(base, groups).chain(chosen.iter().copied()).chain(of_formulas).collect();
     let find = |name: &str| find(name, &given);
     let mut all: Vec<DerivedKey> = Vec::new();
     for WrittenKey { key, name_span, node } in written {
@@ -247,7 +260,7 @@ fn refuse_place(key: Key, span: &Span, base: &[(Key, Given)], groups: &[Group]) 
         );
     }
     let axes = || groups.iter().flat_map(Group::axes);
-    let sets = |axis: &&crate::axis::SweepAxis| {
+    let sets = |axis: &&SweepAxis| {
         let mut given = axis.choices.iter().flat_map(|choice| &choice.given);
         axis.key().is_some_and(is_same) || given.any(|(other, _)| is_same(*other))
     };
@@ -258,11 +271,7 @@ fn refuse_place(key: Key, span: &Span, base: &[(Key, Given)], groups: &[Group]) 
     }
     let list = key.list()?;
     let is_varied = axes().any(|axis| axis.target.overlaps(Target::Key(list)));
-    let length = base.iter().find_map(|(other, given)| match given.setting {
-        Setting::Count(length) if *other == list => Some(length),
-        _ => None,
-    });
-    if is_varied || key.index() < length {
+    if is_varied || key.index() < Some(axis::entries(list, base, groups)) {
         return None;
     }
     let message = format!("there is no `{path}`: the scene's `{}` has no such entry", list.name());

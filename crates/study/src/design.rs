@@ -56,6 +56,16 @@ impl SamplingMethod {
             SamplingMethod::Random => "random",
         }
     }
+
+    /// Returns what a sample by this method is, as a noun with its article.
+    pub fn noun(self) -> &'static str {
+        match self {
+            SamplingMethod::Sobol => "a sample of Sobol' points",
+            SamplingMethod::Halton => "a sample of Halton points",
+            SamplingMethod::LatinHypercube => "a Latin hypercube",
+            SamplingMethod::Random => "a random sample",
+        }
+    }
 }
 
 /// The points of the unit cube that a sample takes.

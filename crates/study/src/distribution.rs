@@ -27,7 +27,14 @@ pub enum Distribution {
     Normal(BoundedNormal),
     /// A logarithm that is distributed normally, in units of 1, or what of it lies between two
     /// bounds.
-    LogNormal(BoundedNormal),
+    LogNormal {
+        /// The distribution of the logarithm.
+        logarithm: BoundedNormal,
+        /// The lower bound as it was given, or 0.
+        from: f64,
+        /// The upper bound as it was given, or infinity.
+        to: f64,
+    },
     /// A density that rises in a straight line from 0 to the mode and falls to 0 again.
     Triangular {
         /// The lower end.
@@ -65,7 +72,7 @@ impl Distribution {
             Distribution::Uniform { .. } => "uniform",
             Distribution::LogUniform { .. } => "log-uniform",
             Distribution::Normal(_) => "normal",
-            Distribution::LogNormal(_) => "log-normal",
+            Distribution::LogNormal { .. } => "log-normal",
             Distribution::Triangular { .. } => "triangular",
             Distribution::Discrete(_) => "discrete",
         }
@@ -81,9 +88,9 @@ impl Distribution {
                 libm::exp(logarithm).clamp(*from, *to)
             }
             Distribution::Normal(normal) => normal.quantile(part),
-            Distribution::LogNormal(normal) => {
-                let bounds = [normal.from, normal.to].map(libm::exp);
-                libm::exp(normal.quantile(part)).clamp(bounds[0], bounds[1])
+            // The exponential of a bound's logarithm may lie beyond the bound.
+            Distribution::LogNormal { logarithm, from, to } => {
+                libm::exp(logarithm.quantile(part)).clamp(*from, *to)
             }
             Distribution::Triangular { from, mode, to } => {
                 let (rise, fall, width) = (mode - from, to - mode, to - from);
@@ -100,7 +107,7 @@ impl Distribution {
 
     /// Returns whether its values are drawn by their logarithms.
     pub fn is_log(&self) -> bool {
-        matches!(self, Distribution::LogUniform { .. } | Distribution::LogNormal(_))
+        matches!(self, Distribution::LogUniform { .. } | Distribution::LogNormal { .. })
     }
 }
 
@@ -272,6 +279,11 @@ mod tests {
     const FREE: BoundedNormal =
         BoundedNormal { mean: 0.0, deviation: 1.0, from: f64::NEG_INFINITY, to: f64::INFINITY };
 
+    fn log_normal(logarithm: BoundedNormal) -> Distribution {
+        let [from, to] = [logarithm.from, logarithm.to].map(libm::exp);
+        Distribution::LogNormal { logarithm, from, to }
+    }
+
     fn is_near(found: f64, expected: f64) -> bool {
         (found - expected).abs() <= 4e-15 * expected.abs()
     }
@@ -305,7 +317,7 @@ mod tests {
             Distribution::Normal(bounded(0.0, f64::INFINITY)),
             Distribution::Normal(bounded(23.0, 25.0)),
             Distribution::Normal(bounded(-27.0, -20.0)),
-            Distribution::LogNormal(bounded(1.0, 2.0)),
+            log_normal(bounded(1.0, 2.0)),
             Distribution::Triangular { from: -1.0, mode: -1.0, to: 4.0 },
             Distribution::Triangular { from: 0.0, mode: 4.0, to: 4.0 },
             Distribution::Triangular { from: -1e308, mode: 0.0, to: 0.7e308 },
@@ -323,7 +335,7 @@ mod tests {
                 | Distribution::LogUniform { from, to }
                 | Distribution::Triangular { from, to, .. } => [*from, *to],
                 Distribution::Normal(normal) => [normal.from, normal.to],
-                Distribution::LogNormal(normal) => [normal.from.exp(), normal.to.exp()],
+                Distribution::LogNormal { from, to, .. } => [*from, *to],
                 Distribution::Discrete(_) => [0.0, 3.0],
             };
             assert!(values[0] >= ends[0] && values[1000] <= ends[1], "{distribution:?}");
@@ -339,7 +351,7 @@ mod tests {
         let triangle = |x: f64| if x < 1.0 { x / 1.0 } else { (4.0 - x) / 3.0 };
         let cases: [(Distribution, &dyn Fn(f64) -> f64); 5] = [
             (Distribution::Normal(bounded), &normal),
-            (Distribution::LogNormal(bounded), &|x| normal(x.ln()) / x),
+            (log_normal(bounded), &|x| normal(x.ln()) / x),
             (Distribution::LogUniform { from: 0.1, to: 30.0 }, &|x| 1.0 / x),
             (Distribution::Triangular { from: 0.0, mode: 1.0, to: 4.0 }, &triangle),
             (Distribution::Uniform { from: 2.0, to: 3.0 }, &|_| 1.0),
@@ -357,6 +369,22 @@ mod tests {
             // The mode of the triangle lies at a part of 1/4, where the density has a bend.
             let is_flat = |slope: &f64| (slope / mean - 1.0).abs() < 1e-3;
             assert!(slopes.iter().all(is_flat), "{distribution:?}: {slopes:?}");
+        }
+    }
+
+    /// exp(ln 0.3) is 0.30000000000000004, and exp(ln 7) is 6.999999999999999.
+    #[test]
+    fn bounds_hold_to_the_last_bit() {
+        let tiny = 1.0 / (1_u64 << 53) as f64;
+        for n in 1..300 {
+            let (from, to) = (f64::from(n) / 10.0, f64::from(n) / 10.0 + 0.1);
+            let [least, most] = [from, to].map(libm::log);
+            let logarithm = BoundedNormal { mean: 0.5, deviation: 9.0, from: least, to: most };
+            let distribution = Distribution::LogNormal { logarithm, from, to };
+            for part in [tiny, 0.5, 1.0 - tiny] {
+                let value = distribution.quantile(part);
+                assert!((from..=to).contains(&value), "{from} to {to}: {value}");
+            }
         }
     }
 

@@ -196,7 +196,8 @@ pub fn with_cost_ladder(
         return Err(EditError::Unpriced { path: path.to_owned(), kind: study.kind().name() });
     }
     let mut document = parse(text, path, files)?;
-    for table in ["figure", "refine", "bisect", "find", "fill", "kind"]
+    // The scene is chosen, and the ladder has points of its own.
+    for table in ["figure", "refine", "bisect", "find", "fill", "exclude", "keep", "kind"]
         .into_iter()
         .chain(Kind::table_names())
     {
@@ -204,6 +205,13 @@ pub fn with_cost_ladder(
     }
     if document.remove("accuracy").is_some() {
         set(document.as_item_mut(), &Key::Mesh.path(), LADDER_MESHES[0].into())?;
+    }
+    for (key, value) in
+        [(Key::Mesh, LADDER_MESHES[0].into()), (Key::Tolerance, LADDER_TOLERANCES[0].into())]
+    {
+        if remove_derived(&mut document, key) {
+            set(document.as_item_mut(), &key.path(), value)?;
+        }
     }
     document["name"] = toml_edit::value(format!("{}-cost", study.name()));
     // The ladder does not answer the question of the study that it is made from.
@@ -289,13 +297,49 @@ fn remove_axis(sweep: &mut dyn TableLike, key: Key) {
     }
 }
 
-/// Removes a key from those that a sample draws, and a sample that draws nothing else.
+/// Removes a key from those that are derived, and returns whether it was one of them.
+fn remove_derived(document: &mut DocumentMut, key: Key) -> bool {
+    let text = |document: &DocumentMut| document.get("derive").map(ToString::to_string);
+    let before = text(document);
+    if let Some(derive) = document.get_mut("derive").and_then(Item::as_table_like_mut) {
+        remove_from(derive, "", key);
+    }
+    text(document) != before
+}
+
+/// Removes a key from those that a sample draws, and a sample that draws nothing else. A study of
+/// sensitivity is about what is drawn, and solves what is left.
 fn remove_drawn(document: &mut DocumentMut, key: Key) {
     let Some(sample) = document.get_mut("sample").and_then(Item::as_table_like_mut) else { return };
     let Some(keys) = sample.get_mut("keys").and_then(Item::as_table_like_mut) else { return };
     remove_from(keys, "", key);
-    if keys.is_empty() {
-        document.remove("sample");
+    if !keys.is_empty() {
+        return;
+    }
+    document.remove("sample");
+    if document.get("kind").and_then(Item::as_str) == Some(Kind::Sensitivity.name()) {
+        let name = Kind::Sensitivity.name();
+        document.remove("kind");
+        document.remove(name);
+        remove_figures(document, name);
+    }
+}
+
+/// Removes the figures of a kind.
+fn remove_figures(document: &mut DocumentMut, kind: &str) {
+    let is_of_kind = |figure: &dyn TableLike| {
+        figure.get("kind").and_then(Item::as_str).is_some_and(|found| found == kind)
+    };
+    let is_emptied = match document.get_mut("figure") {
+        Some(Item::ArrayOfTables(figures)) => {
+            figures.retain(|figure| !is_of_kind(figure));
+            figures.is_empty()
+        }
+        Some(figure) => figure.as_table_like().is_some_and(is_of_kind),
+        None => false,
+    };
+    if is_emptied {
+        document.remove("figure");
     }
 }
 

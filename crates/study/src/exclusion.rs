@@ -72,13 +72,22 @@ enum NameSource {
     Key(Key),
 }
 
-/// The number of points at which each condition of an [`Exclusion`] holds.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct HoldingCounts(Vec<usize>);
+/// The number of points at which each condition of a study holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct HoldingCounts(Vec<usize>);
+
+/// The decision of the conditions of a study about a point.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PointDecision {
+    /// True if the point is left out.
+    pub is_excluded: bool,
+    /// The conditions that hold at it.
+    pub holding: HoldingCounts,
+}
 
 impl HoldingCounts {
     /// Returns the counts with those of other points.
-    pub(crate) fn with(mut self, other: HoldingCounts) -> HoldingCounts {
+    pub fn with(mut self, other: HoldingCounts) -> HoldingCounts {
         self.0.resize(self.0.len().max(other.0.len()), 0);
         self.0.iter_mut().zip(other.0).for_each(|(count, other)| *count += other);
         self
@@ -182,7 +191,7 @@ impl Exclusion {
         groups: &[Group],
         steps: &[usize],
         sheet: &Sheet<'_>,
-    ) -> Result<(bool, HoldingCounts), Mistake> {
+    ) -> Result<PointDecision, Mistake> {
         let value = |index: usize| self.names.value(index, groups, steps, sheet);
         let mut holding = HoldingCounts(vec![0; self.rules.len()]);
         let (mut is_excluded, mut has_keep, mut is_kept) = (false, false, false);
@@ -197,7 +206,7 @@ impl Exclusion {
             is_kept |= rule.keeps && holds;
             is_excluded |= !rule.keeps && holds;
         }
-        Ok((is_excluded || (has_keep && !is_kept), holding))
+        Ok(PointDecision { is_excluded: is_excluded || (has_keep && !is_kept), holding })
     }
 
     /// Returns the mistake of conditions that leave no point.

@@ -7,9 +7,10 @@
 //! radian does. The crates for units fix dimensions when Rust is compiled, and those that evaluate
 //! texts know none, so the few lines of a reader are here.
 //!
-//! A value is rounded to 15 significant digits, and to 13 where a function of the mathematical
-//! library is used, whose last digits differ between machines: `0.1 * radius` with a radius of
-//! 3 mm is the job of 0.3 mm. A formula that is a key alone has its value, to the last bit.
+//! A value is rounded to 15 significant digits, and to 13 where a function is used whose last digits
+//! are not exact: `0.1 * radius` with a radius of 3 mm is the job of 0.3 mm. The functions are those
+//! of `libm`, which are the same on every machine. A formula that is a key alone has its value, to
+//! the last bit.
 
 use std::f64::consts::PI;
 
@@ -253,12 +254,12 @@ impl FormulaNode {
                     MathFunction::Rounded => x.round(),
                     MathFunction::Below => x.floor(),
                     MathFunction::Above => x.ceil(),
-                    MathFunction::Exponential => x.exp(),
-                    MathFunction::Logarithm => x.ln(),
-                    MathFunction::Sine => x.sin(),
-                    MathFunction::Cosine => x.cos(),
-                    MathFunction::Tangent => x.tan(),
-                    MathFunction::ArcTangent => x.atan(),
+                    MathFunction::Exponential => libm::exp(x),
+                    MathFunction::Logarithm => libm::log(x),
+                    MathFunction::Sine => libm::sin(x),
+                    MathFunction::Cosine => libm::cos(x),
+                    MathFunction::Tangent => libm::tan(x),
+                    MathFunction::ArcTangent => libm::atan(x),
                 }
             }
         })
@@ -268,7 +269,7 @@ impl FormulaNode {
 /// Returns a power; one with a small whole exponent is a product, which is the same everywhere.
 fn power(base: f64, exponent: f64) -> f64 {
     if !is_small_whole(exponent) {
-        return base.powf(exponent);
+        return libm::pow(base, exponent);
     }
     let product = (0..exponent.abs() as u32).fold(1.0, |product, _| product * base);
     if exponent < 0.0 { 1.0 / product } else { product }
@@ -290,7 +291,7 @@ struct FormulaReader<'t> {
     depth: usize,
     find: &'t dyn Fn(&str) -> Result<Key, FormulaFault>,
     keys: Vec<Key>,
-    /// True if a function is used whose last digits differ between machines.
+    /// True if a function is used whose last digits are not exact.
     is_inexact: bool,
 }
 
@@ -597,6 +598,30 @@ mod tests {
             ("radius", 3e-3),
         ] {
             assert_eq!(value(text), Ok(expected), "{text}");
+        }
+    }
+
+    /// The last digits of the functions of a platform are its own, and a key must not be.
+    #[test]
+    fn functions_are_those_of_one_library() {
+        type Function = fn(f64) -> f64;
+        let functions: [(&str, Function); 7] = [
+            ("exp(mu)", libm::exp),
+            ("ln(mu)", libm::log),
+            ("sin(mu)", libm::sin),
+            ("cos(mu)", libm::cos),
+            ("tan(mu)", libm::tan),
+            ("atan(mu)", libm::atan),
+            ("mu^2.3", |x| libm::pow(x, 2.3)),
+        ];
+        for (text, function) in functions {
+            let formula = Formula::read(text, &find).unwrap();
+            for n in 1..2000 {
+                let x = f64::from(n) * 0.007_3;
+                let given = Given { setting: Setting::Number(x), span: 0..0, nth: None };
+                let sheet = Sheet::new([(Key::Mu, &given)]);
+                assert_eq!(formula.node.value(&sheet), Ok(function(x)), "{text} at {x}");
+            }
         }
     }
 

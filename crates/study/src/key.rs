@@ -431,6 +431,14 @@ impl Table {
         Some(Table { index, ..*table })
     }
 
+    /// Returns the table whose labels fill this column.
+    pub(crate) fn of_column(column: &str) -> Option<Table> {
+        let digits = column.trim_start_matches(|c: char| !c.is_ascii_digit());
+        let index = digits.split('_').next().and_then(|digits| digits.parse().ok()).unwrap_or(0);
+        let mut tables = Table::ALL.iter().map(|table| Table { index, ..*table });
+        tables.find(|table| table.column() == column)
+    }
+
     /// Returns whether the other table holds it or is the same.
     pub(crate) fn is_under(&self, other: &Table) -> bool {
         is_inside(self.pattern, other.pattern)

@@ -143,18 +143,17 @@ impl Kind {
     }
 
     /// Puts rows in place of the points of a sample, if this kind compares the points of rows.
-    /// Then no rule at the `root` of the study may choose others.
+    /// Then none of the `rules`, which stand at the `root` of the study, may choose others.
     pub(crate) fn arrange(
         self,
         root: &DeTable<'_>,
+        rules: &[&str],
         table: &KindTable,
         groups: &mut [Group],
         mistakes: &mut Vec<Mistake>,
     ) {
         let Some(arrange) = self.spec().arrange else { return };
-        for (name, node) in
-            ["refine", "bisect", "find", "fill"].iter().filter_map(|name| root.get_key_value(*name))
-        {
+        for (name, node) in rules.iter().filter_map(|name| root.get_key_value(*name)) {
             let message = format!(
                 "a study of kind \"{}\" compares the points of its design, and `[{}]` chooses others",
                 self.name(),
@@ -173,8 +172,8 @@ impl Kind {
                 None => {
                     let message =
                         format!("{} rows of {} points", design.count(), rows.row_length());
-                    let span = group.axes.first().map_or(0..0, |axis| axis.span.clone());
-                    mistakes.push(Mistake::new(span, message, "needs a smaller `count`"));
+                    let place = group.count.clone();
+                    mistakes.push(Mistake::new(place, message, "needs a smaller `count`"));
                 }
             }
         }

@@ -13,7 +13,9 @@ use crate::exclusion::{self, Exclusion};
 use crate::figure;
 use crate::job::Job;
 use crate::key::{Key, Table};
-use crate::kind::Kind;
+use crate::kind::convergence::Ladder;
+use crate::kind::cost::is_rung;
+use crate::kind::{Kind, KindTable};
 use crate::points_file::{self, FilePoints};
 use crate::quantity::one_of;
 use crate::read::{self, Reader, entries};
@@ -129,18 +131,18 @@ impl Study {
     }
 
     /// Refuses a distribution that reaches values without meaning: each drawn key is taken as far
-    /// as any point can be, with the others at their medians and the axes at their first values.
+    /// as any point can be, with the others at their medians and the axes at the first values that
+    /// the conditions keep there. What they leave out further out need not make sense.
     fn check_reach(&self) -> Result<(), Vec<Mistake>> {
         /// The least part that a design draws.
         const LEAST: f64 = 1.0 / (1_u64 << 53) as f64;
         let Some(group) = self.sample() else { return Ok(()) };
-        let wrong = |parts: &[f64]| {
-            let mut sheet = self.sheet(&vec![0; self.groups.len()]);
-            group.draw(parts, &mut sheet);
-            self.assembled(&sheet).err().unwrap_or_default()
-        };
         let middle = vec![0.5; group.axes.len()];
-        if !wrong(&middle).is_empty() {
+        let combinations = (0..self.points).step_by(group.length).take(TRIED_POINTS);
+        let mut kept = combinations.map(|index| axis::steps(&self.groups, index));
+        let found = kept.find_map(|steps| Some((self.mistakes_drawn(&steps, &middle)?, steps)));
+        let Some((at_middle, steps)) = found else { return Ok(()) };
+        if !at_middle.is_empty() {
             // What is wrong there as well is no fault of a distribution's ends.
             return Ok(());
         }
@@ -149,8 +151,8 @@ impl Study {
             for part in [LEAST, 1.0 - LEAST] {
                 let mut parts = middle.clone();
                 parts[index] = part;
-                mistakes
-                    .extend(wrong(&parts).into_iter().map(|mistake| axis.beyond(part, mistake)));
+                let wrong = self.mistakes_drawn(&steps, &parts).unwrap_or_default();
+                mistakes.extend(wrong.into_iter().map(|mistake| axis.beyond(part, mistake)));
             }
         }
         if mistakes.is_empty() { Ok(()) } else { Err(mistakes) }
@@ -181,10 +183,20 @@ impl Study {
                 if !self.has(&steps) {
                     continue;
                 }
-                let wrong = self.job(&steps).err().into_iter().flatten();
+                // What is wrong with a formula is told of the first point alone.
+                let is_known = |wrong: &Mistake| {
+                    let mut known = mistakes.iter();
+                    known.any(|known: &Mistake| {
+                        known.span == wrong.span && known.message == wrong.message
+                    })
+                };
+                let mut wrong = self.job(&steps).err().unwrap_or_default();
+                wrong.retain(|wrong| !is_known(wrong));
                 let known = mistakes.len();
                 match group.design {
-                    Some(_) => mistakes.extend(wrong.map(|mistake| of_sample(mistake, step))),
+                    Some(_) => {
+                        mistakes.extend(wrong.into_iter().map(|mistake| of_sample(mistake, step)));
+                    }
                     None => mistakes.extend(wrong),
                 }
                 // What is wrong with one point of a sample is wrong with many.
@@ -250,10 +262,12 @@ fn parse(
     let accuracy = root
         .get("accuracy")
         .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut mistakes));
-    base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
+    let chosen = accuracy.iter().map(accuracy::Accuracy::first_mesh);
+    let first_chosen = base.len();
+    base.extend(chosen);
     let mut kind_table = kind.read_table(&root, &groups, &mut mistakes);
     if mistakes.is_empty() {
-        kind.arrange(&root, &kind_table, &mut groups, &mut mistakes);
+        kind.arrange(&root, &adaptive::RULES, &kind_table, &mut groups, &mut mistakes);
         mistakes.extend(sweep::too_many_points(&groups, shards));
     }
     let before = mistakes.len();
@@ -270,7 +284,11 @@ fn parse(
     }
     let derivation = root
         .get("derive")
-        .map(|node| derivation::read(node, &base, &groups, &mut mistakes))
+        .map(|node| {
+            let (given, chosen) = base.split_at(first_chosen);
+            let chosen: Vec<Key> = chosen.iter().map(|(key, _)| *key).collect();
+            derivation::read(node, given, &chosen, &groups, &mut mistakes)
+        })
         .unwrap_or_default();
     let keys = || axis::keys(&base, &groups).chain(derivation.keys());
     let columns = kind.columns(groups.iter().flat_map(Group::axes), keys());
@@ -288,6 +306,10 @@ fn parse(
     if let (Some(exclusion), Some(adaptive)) = (&exclusion, &adaptive) {
         mistakes.extend(refuse_chosen(exclusion, adaptive, &groups, &derivation));
     }
+    if let Some(exclusion) = &exclusion {
+        mistakes.extend(refuse_rungs(exclusion, kind, &kind_table, &groups, &derivation));
+    }
+    mistakes.extend(adaptive.as_ref().and_then(|rule| refuse_derived_mesh(rule, &derivation)));
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
@@ -382,6 +404,51 @@ fn refuse_chosen(
     let (span, chosen) = found?;
     let message = format!("the study chooses values of `{}` as it goes", chosen.short());
     Some(Mistake::new(span, message, "cannot depend on it"))
+}
+
+/// Refuses a condition over a key that tells the rungs of a ladder apart: limits and fronts are made
+/// of whole ladders.
+fn refuse_rungs(
+    exclusion: &Exclusion,
+    kind: Kind,
+    table: &KindTable,
+    groups: &[Group],
+    derivation: &Derivation,
+) -> Option<Mistake> {
+    let ladder = Ladder::of(table, groups).filter(|_| kind == Kind::Convergence);
+    let makes_rungs = |index: usize| match kind {
+        Kind::Cost => is_rung(&groups[index]),
+        _ => ladder.is_some_and(|ladder| ladder.group == index),
+    };
+    let of_rungs = (0..groups.len()).filter(|index| makes_rungs(*index));
+    let mut keys = of_rungs.flat_map(|index| axis::keys(&[], std::slice::from_ref(&groups[index])));
+    let found = keys.find_map(|rung| {
+        let depends = |key| key == rung || derivation.follows(key, rung);
+        Some((exclusion.using(depends)?, rung))
+    });
+    let (span, rung) = found?;
+    let message =
+        format!("a study of kind \"{}\" needs every rung along `{}`", kind.name(), rung.short());
+    let mistake = Mistake::new(span, message, "cannot depend on it");
+    Some(mistake.help("leave values out of the axis itself"))
+}
+
+/// Refuses to derive the mesh in a study that chooses meshes.
+fn refuse_derived_mesh(rule: &Adaptive, derivation: &Derivation) -> Option<Mistake> {
+    let span = derivation.place(Key::Mesh)?;
+    match rule {
+        Adaptive::Accuracy(accuracy) => {
+            let message = "a study has either a mesh or an accuracy";
+            let mistake = Mistake::new(span, message, "leave one of the two out");
+            Some(mistake.context(accuracy.place(), "which chooses the mesh"))
+        }
+        Adaptive::Refine { .. } => {
+            let message = "`mesh` cannot be derived in a study that refines";
+            let mistake = Mistake::new(span, message, "must be given by the scene");
+            Some(mistake.help("[refine] chooses meshes from numerics.mesh on"))
+        }
+        _ => None,
+    }
 }
 
 /// Notes the names at the top of a study that mean nothing there.

@@ -10,7 +10,8 @@
 //! `punch.radius`, `radius`, `radius [mm]`. A value without a unit is in SI units, or has one of
 //! its own: `5 mm`. The columns are axes that advance together; `[sweep]` may have others beside
 //! them.
-//! What `query --format csv` writes can be read: columns of results are left out, which is said.
+//! What `query --format csv` writes can be read: columns of results and of the labels of tables are
+//! left out, which is said.
 
 use std::collections::HashMap;
 
@@ -28,6 +29,7 @@ use crate::read::{self, Node};
 use crate::sheet::Setting;
 use crate::study_files::{ReadFile, StudyFiles};
 use crate::suggestion::nearest_path;
+use crate::table_text::{TextRow, read_rows};
 use crate::units::{Dimension, LengthUnit, leading_number, quantity, unit_value};
 
 /// The keys of `[points]`.
@@ -52,6 +54,16 @@ struct PointColumn {
     /// The index in the file.
     index: usize,
     choices: Vec<Choice>,
+}
+
+/// The columns of a file by what they are for.
+#[derive(Default)]
+struct PointHeads {
+    columns: Vec<PointColumn>,
+    /// The heads of results.
+    results: Vec<String>,
+    /// The heads of the labels of tables.
+    labels: Vec<String>,
 }
 
 /// Reads `[points]` and the file that it names, which is kept among the files of the study.
@@ -115,37 +127,29 @@ impl PointsReading<'_> {
     /// Reads the points, or returns every fault of the file.
     fn points(&self, bytes: &[u8]) -> Result<FilePoints, FileFaults> {
         let text = decode_text(bytes).ok_or_else(|| FileFaults::whole("it is not text"))?;
-        let mut reader = csv::ReaderBuilder::new()
-            .delimiter(delimiter(&text))
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .has_headers(false)
-            .flexible(true)
-            .from_reader(text.as_bytes());
-        let mut records = reader.records();
+        let mut rows = read_rows(&text);
         let not_csv = |error: csv::Error| FileFaults::whole(format!("it is no CSV: {error}"));
-        let heads = match records.next() {
+        let heads = match rows.next() {
             Some(heads) => heads.map_err(not_csv)?,
             None => return Err(FileFaults::whole("it is empty")),
         };
         let mut faults = FileFaults::default();
-        let (mut columns, results) = self.columns(&heads, &mut faults);
+        let PointHeads { mut columns, results, labels } = self.columns(&heads, &mut faults);
         if faults.is_empty() && columns.is_empty() {
             faults.append(FileFaults::whole("no head is a key of the scene or the numerics"));
         }
         let mut seen: HashMap<Vec<String>, usize> = HashMap::new();
         let mut repeated = 0;
-        for (row, record) in records.enumerate() {
-            let record = record.map_err(not_csv)?;
-            let line = record.position().map_or(row + 2, |place| line_of(place, &text));
+        for (row, record) in rows.enumerate() {
+            let TextRow { line, cells: record } = record.map_err(not_csv)?;
             if (row + 1).saturating_mul(columns.len().max(1)) > MAX_VALUES || row == MAX_POINTS {
                 let most = MAX_POINTS.min(MAX_VALUES / columns.len().max(1));
                 let message = format!("it has more than {most} points");
                 faults.append(FileFaults::whole(message));
                 break;
             }
-            if record.len() != heads.len() {
-                let (found, all) = (record.len(), heads.len());
+            if record.len() != heads.cells.len() {
+                let (found, all) = (record.len(), heads.cells.len());
                 faults.add(Some(FilePlace::line(line)), "", || {
                     format!("{found} values, but {all} heads")
                 });
@@ -194,20 +198,20 @@ impl PointsReading<'_> {
             span: self.span.clone(),
         });
         let group = Group::listed(axes.collect(), length);
-        Ok(FilePoints { group, remarks: self.remarks(&results, repeated) })
+        Ok(FilePoints { group, remarks: self.remarks(&results, &labels, repeated) })
     }
 
-    /// Returns the columns that give keys, and the heads of results.
+    /// Tells the columns apart.
     fn columns(
         &self,
-        heads: &csv::StringRecord,
+        TextRow { line, cells: heads }: &TextRow,
         faults: &mut FileFaults,
-    ) -> (Vec<PointColumn>, Vec<String>) {
-        let (mut columns, mut results): (Vec<PointColumn>, Vec<String>) = (Vec::new(), Vec::new());
-        let line = heads.position().map_or(1, |place| place.line() as usize);
+    ) -> PointHeads {
+        let mut found = PointHeads::default();
+        let PointHeads { columns, results, labels } = &mut found;
         if heads.len() > MAX_AXES {
             faults.append(FileFaults::whole(format!("it has more than {MAX_AXES} columns")));
-            return (columns, results);
+            return found;
         }
         let mut missing: Vec<&String> = self.wanted.iter().flatten().collect();
         for (index, head) in heads.iter().enumerate() {
@@ -217,10 +221,14 @@ impl PointsReading<'_> {
             if !self.wanted.as_ref().is_none_or(is_wanted) {
                 continue;
             }
-            let place = Some(FilePlace { line, value: index + 1 });
+            let place = Some(FilePlace { line: *line, value: index + 1 });
             let key = Key::find(name).or_else(|| Key::of_column(name));
             if key.is_none() && (self.is_result)(name) {
                 results.push(name.to_owned());
+                continue;
+            }
+            if self.wanted.is_none() && is_label(name, key, heads) {
+                labels.push(name.to_owned());
                 continue;
             }
             match column_of(key, name, unit) {
@@ -237,16 +245,20 @@ impl PointsReading<'_> {
         for name in missing {
             faults.append(FileFaults::whole(format!("it has no column `{name}`")));
         }
-        (columns, results)
+        found
     }
 
-    fn remarks(&self, results: &[String], repeated: usize) -> Vec<String> {
+    fn remarks(&self, results: &[String], labels: &[String], repeated: usize) -> Vec<String> {
         let file = wording::excerpt(self.file, 60);
         let mut remarks = Vec::new();
-        if !results.is_empty() {
+        let reasons = [
+            (results, "they are results"),
+            (labels, "they name tables whose keys stand beside them"),
+        ];
+        for (names, reason) in reasons.into_iter().filter(|(names, _)| !names.is_empty()) {
             remarks.push(format!(
-                "points {file}: left out, since they are results: {}",
-                wording::excerpt(&results.join(", "), 300)
+                "points {file}: left out, since {reason}: {}",
+                wording::excerpt(&names.join(", "), 300)
             ));
         }
         if repeated > 0 {
@@ -261,23 +273,6 @@ impl PointsReading<'_> {
     }
 }
 
-/// Returns the line of a record, counted from 1. The place of a record is that of the empty lines
-/// and comments before it.
-fn line_of(place: &csv::Position, text: &str) -> usize {
-    let rest = text.get(place.byte() as usize..).unwrap_or_default();
-    let is_skipped = |line: &&str| line.trim_matches('\r').is_empty() || line.starts_with('#');
-    place.line() as usize + rest.split('\n').take_while(is_skipped).count()
-}
-
-/// Returns the sign between the values of a line: the one of which the first line has most.
-fn delimiter(text: &str) -> u8 {
-    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let count =
-        |sign: &u8| first.map_or(0, |line| line.bytes().filter(|byte| byte == sign).count());
-    // Of equal counts the last one counts.
-    [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
-}
-
 /// Splits a head into the name and the unit: `radius [mm]`.
 fn parts(head: &str) -> (&str, Option<&str>) {
     let split = head.strip_suffix(']').and_then(|head| head.rsplit_once('['));
@@ -290,6 +285,19 @@ fn parts(head: &str) -> (&str, Option<&str>) {
         }
         _ => (head, None),
     }
+}
+
+/// Returns whether a column has the labels of a table of which keys stand in other columns.
+fn is_label(name: &str, key: Option<Key>, heads: &csv::StringRecord) -> bool {
+    let is_key = key.is_some_and(|key| !matches!(key.quantity(), Quantity::List(_)));
+    let table = Table::find(name).or_else(|| Table::of_column(name)).filter(|_| !is_key);
+    let is_beside = |table: Table| {
+        let others = heads.iter().map(|head| parts(head).0).filter(|other| *other != name);
+        let mut keys =
+            others.filter_map(|other| Key::find(other).or_else(|| Key::of_column(other)));
+        keys.any(|key| key.is_under(&table))
+    };
+    table.is_some_and(is_beside)
 }
 
 /// Returns the key of a head, or why it gives none.

@@ -25,7 +25,8 @@
 //! Beside `[sweep]`, the sample is drawn for each combination of the axes, the same for all. A key
 //! that is drawn may be any that an axis may vary, except those that choose a shape or a file.
 
-use std::collections::BTreeMap;
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap};
 
 use toml::de::{DeTable, DeValue};
 
@@ -56,6 +57,52 @@ const SHAPES: &[(&str, &[&str])] = &[
 
 /// A reader of a column of a file: it gets the names of both, and what the values measure.
 pub(crate) type ReadColumn<'f> = dyn FnMut(&str, &str, Dimension) -> Result<Vec<f64>, String> + 'f;
+
+/// The columns of measured values, each of which is read once, however many keys are drawn from it.
+struct MeasuredColumns<'f, 'r> {
+    read: &'r mut ReadColumn<'f>,
+    known: HashMap<(String, String, Dimension), Vec<MeasuredValue>>,
+}
+
+/// A value that was measured, and how often it was.
+#[derive(Clone, Copy, Debug)]
+struct MeasuredValue {
+    value: f64,
+    count: f64,
+}
+
+impl MeasuredColumns<'_, '_> {
+    /// Returns the different values of a column, in ascending order, so that neighbouring parts of
+    /// their distribution are neighbouring values.
+    ///
+    /// # Errors
+    /// The column cannot be read, or has more than [`MAX_POINTS`] values, in words.
+    fn values(
+        &mut self,
+        file: &str,
+        column: &str,
+        dimension: Dimension,
+    ) -> Result<&[MeasuredValue], String> {
+        let values = match self.known.entry((file.to_owned(), column.to_owned(), dimension)) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => {
+                let mut all = (self.read)(file, column, dimension)?;
+                all.sort_by(f64::total_cmp);
+                let runs = all.chunk_by(|a, b| a == b);
+                let value = |run: &[f64]| MeasuredValue { value: run[0], count: run.len() as f64 };
+                let values: Vec<MeasuredValue> = runs.map(value).collect();
+                if values.len() > MAX_POINTS {
+                    let found = values.len();
+                    return Err(format!(
+                        "the column has {found} different values, more than {MAX_POINTS}"
+                    ));
+                }
+                place.insert(values)
+            }
+        };
+        Ok(values)
+    }
+}
 
 /// The other names that a distribution has elsewhere, each with its name here.
 const SYNONYMS: &[(&str, &str)] = &[
@@ -106,7 +153,8 @@ pub(crate) fn read_sample(
         }
         length => length.ok().flatten(),
     };
-    let axes = read_keys(table, node, column, mistakes);
+    let mut columns = MeasuredColumns { read: column, known: HashMap::new() };
+    let axes = read_keys(table, node, &mut columns, mistakes);
     let (method, length, seed) = (method?, length?, seed.ok()?.unwrap_or(0));
     if axes.is_empty() {
         return None;
@@ -181,7 +229,7 @@ fn read_whole(table: &DeTable<'_>, name: &str) -> Result<Option<u32>, Mistake> {
 fn read_keys(
     sample: &DeTable<'_>,
     whole: &Node<'_>,
-    column: &mut ReadColumn<'_>,
+    columns: &mut MeasuredColumns<'_, '_>,
     mistakes: &mut Vec<Mistake>,
 ) -> Vec<SweepAxis> {
     let example = "\"friction.mu\" = { from = 0.1, to = 0.5 }";
@@ -198,7 +246,7 @@ fn read_keys(
     let before = mistakes.len();
     let mut axes = Vec::new();
     for (name, node) in entries(table) {
-        read_axes("", name, node, column, &mut axes, mistakes);
+        read_axes("", name, node, columns, &mut axes, mistakes);
     }
     // Keys that are written with dots arrive gathered by their tables, but their places count.
     axes.sort_by_key(|axis: &SweepAxis| axis.span.start);
@@ -221,11 +269,11 @@ fn read_axes(
     prefix: &str,
     name: &Name<'_>,
     node: &Node<'_>,
-    column: &mut ReadColumn<'_>,
+    columns: &mut MeasuredColumns<'_, '_>,
     axes: &mut Vec<SweepAxis>,
     mistakes: &mut Vec<Mistake>,
 ) {
-    if are_enough(mistakes) {
+    if are_enough(mistakes) || count_values(axes) > MAX_POINTS {
         return;
     }
     let path = match prefix {
@@ -235,7 +283,7 @@ fn read_axes(
     match (Table::find(&path), Key::find(&path), node.get_ref()) {
         (Some(_), _, DeValue::Table(below)) if !below.is_empty() && !is_distribution(below) => {
             for (name, node) in entries(below) {
-                read_axes(&path, name, node, column, axes, mistakes);
+                read_axes(&path, name, node, columns, axes, mistakes);
             }
         }
         (Some(_), ..) => {
@@ -244,7 +292,7 @@ fn read_axes(
             mistakes.push(mistake.help("tables are the values of axes, below [sweep]"));
         }
         (None, Some(key), DeValue::Table(table)) => {
-            match read_drawn(key, table, node, column, mistakes) {
+            match read_drawn(key, table, node, columns, mistakes) {
                 Ok(DrawnValues { distribution, choices }) => {
                     let log = distribution.is_log();
                     let axis = SweepAxis {
@@ -255,7 +303,14 @@ fn read_axes(
                         span: node.span(),
                     };
                     refuse_repeats(&axis, mistakes);
+                    let span = axis.span.clone();
                     axes.push(axis);
+                    let values = count_values(axes);
+                    if values > MAX_POINTS {
+                        let message = format!("the sample draws from {values} values up to here");
+                        let expected = format!("must be at most {MAX_POINTS} over all keys");
+                        mistakes.push(Mistake::new(span, message, expected));
+                    }
                 }
                 Err(mistake) => mistakes.push(mistake),
             }
@@ -282,6 +337,11 @@ fn read_axes(
     }
 }
 
+/// Returns the number of values that some axes list.
+fn count_values(axes: &[SweepAxis]) -> usize {
+    axes.iter().map(|axis| axis.choices.len()).sum()
+}
+
 /// Returns whether a table says how values are drawn, and does not hold keys.
 fn is_distribution(table: &DeTable<'_>) -> bool {
     let names = SHAPES.iter().flat_map(|(_, names)| *names);
@@ -299,7 +359,7 @@ fn read_drawn(
     key: Key,
     table: &DeTable<'_>,
     node: &Node<'_>,
-    column: &mut ReadColumn<'_>,
+    columns: &mut MeasuredColumns<'_, '_>,
     mistakes: &mut Vec<Mistake>,
 ) -> Result<DrawnValues, Mistake> {
     let shape = read_shape(key, table, node)?;
@@ -316,7 +376,7 @@ fn read_drawn(
         return Err(Mistake::new(node.span(), message, expected));
     };
     if shape == "empirical" {
-        return read_empirical(key, dimension, table, node, column);
+        return read_empirical(key, dimension, table, node, columns);
     }
     let numbers = Numbers::read(&path, dimension, table, node)?;
     let distribution = match shape {
@@ -331,7 +391,7 @@ fn read_drawn(
         }
         "triangular" => numbers.triangular()?,
         "normal" => Distribution::Normal(numbers.normal()?),
-        _ => Distribution::LogNormal(numbers.log_normal()?),
+        _ => numbers.log_normal()?,
     };
     Ok(DrawnValues { distribution, choices: Vec::new() })
 }
@@ -385,7 +445,7 @@ fn read_empirical(
     dimension: Dimension,
     table: &DeTable<'_>,
     node: &Node<'_>,
-    column: &mut ReadColumn<'_>,
+    columns: &mut MeasuredColumns<'_, '_>,
 ) -> Result<DrawnValues, Mistake> {
     let path = key.short();
     let word = |name: &str| {
@@ -399,22 +459,17 @@ fn read_empirical(
     };
     let (file, name) = (word("file")?, word("column")?);
     let place = table.get("file").map_or(node.span(), |node| node.span());
-    let mut values = column(&file, &name, dimension).map_err(|reason| {
+    let values = columns.values(&file, &name, dimension).map_err(|reason| {
         let message = format!("cannot draw `{path}` from this file: {reason}");
-        Mistake::new(place.clone(), message, "must be a text with a head for each column")
+        Mistake::new(place, message, "must be a text with a head for each column")
     })?;
-    // In order, so that neighbouring parts of the distribution are neighbouring values.
-    values.sort_by(f64::total_cmp);
-    let runs: Vec<&[f64]> = values.chunk_by(|a, b| a == b).collect();
-    let weights: Vec<f64> = runs.iter().map(|run| run.len() as f64).collect();
-    if runs.len() > MAX_POINTS {
-        let message = format!("`{path}` is drawn from {} different values", runs.len());
-        return Err(Mistake::new(place, message, format!("must be at most {MAX_POINTS}")));
-    }
-    let choice = |run: &&[f64]| Choice::of_key(key, Setting::Number(run[0]), node.span(), None);
+    let weights: Vec<f64> = values.iter().map(|measured| measured.count).collect();
+    let choice = |measured: &MeasuredValue| {
+        Choice::of_key(key, Setting::Number(measured.value), node.span(), None)
+    };
     Ok(DrawnValues {
         distribution: Distribution::Discrete(CumulativeWeights::new(&weights)),
-        choices: runs.iter().map(choice).collect(),
+        choices: values.iter().map(choice).collect(),
     })
 }
 
@@ -583,8 +638,7 @@ impl<'n> Numbers<'n> {
         Ok(normal)
     }
 
-    /// Returns the distribution of the logarithm.
-    fn log_normal(&self) -> Result<BoundedNormal, Mistake> {
+    fn log_normal(&self) -> Result<Distribution, Mistake> {
         for name in ["mean", "deviation", "median", "log_deviation", "from", "to"] {
             self.require_positive(name)?;
         }
@@ -614,6 +668,7 @@ impl<'n> Numbers<'n> {
         if deviation <= 0.0 || !most.is_finite() || least < f64::MIN_POSITIVE {
             return Err(self.too_wide());
         }
-        Ok(normal)
+        let (from, to) = (self.or("from", 0.0), self.or("to", f64::INFINITY));
+        Ok(Distribution::LogNormal { logarithm: normal, from, to })
     }
 }

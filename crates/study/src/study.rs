@@ -44,9 +44,8 @@ use crate::axis::{Group, MAX_POINTS, MAX_SHARDS, SweepAxis};
 use crate::columns::Column;
 use crate::derivation::Derivation;
 use crate::design::SamplingMethod;
-use crate::design::arrangement::Arrangement;
 use crate::error::{Mistake, StudyError};
-use crate::exclusion::{Exclusion, HoldingCounts};
+use crate::exclusion::{Exclusion, HoldingCounts, PointDecision};
 use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::Key;
@@ -282,15 +281,17 @@ impl Study {
             group.axes.iter().map(|axis| (axis.key(), axis.distribution.clone())).collect()
         };
         let is_other = (design.method(), design.seed()) != (before.method(), before.seed())
+            || design.arrangement() != before.arrangement()
             || drawn(sample) != drawn(other);
         if is_other || design.is_kept_by(before) || before.is_kept_by(design) {
             return Ok(());
         }
         let count = before.count();
         let message = format!(
-            "a {} of {} points keeps none of the {count} that `{}` has in the store",
-            design.method().name(),
+            "{} of {} {} keeps none of the {count} that `{}` has in the store",
+            design.method().noun(),
             design.count(),
+            design.arrangement().noun(),
             self.name
         );
         let doubled = [2, 4].map(|factor| u64::from(count) * factor);
@@ -308,10 +309,7 @@ impl Study {
         let is_uneven = design.method() == SamplingMethod::Sobol && !count.is_power_of_two();
         is_uneven.then(|| {
             let below = 1_u32 << count.ilog2();
-            let what = match design.arrangement() {
-                Arrangement::Plain => "points",
-                _ => "rows",
-            };
+            let what = design.arrangement().noun();
             format!(
                 "the {count} {what} of the sample are no power of two, where Sobol' points are \
                  most even: {below} or {}",
@@ -326,11 +324,14 @@ impl Study {
     pub fn point_drawn(&self, index: usize, parts: &[f64]) -> Option<StudyPoint> {
         let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
         let sample = self.groups.iter().position(|group| group.design.is_some())?;
-        let mut sheet = self.sheet(&steps);
-        let drawn = self.groups[sample].draw(parts, &mut sheet);
+        let (sheet, mistakes) = self.filled(&steps, Some(parts), &[]);
+        if !mistakes.is_empty() {
+            return None;
+        }
         let job = self.assembled(&sheet).ok()?;
         let mut values = self.point(index)?.values;
         let before: usize = self.groups[..sample].iter().map(|group| group.axes.len()).sum();
+        let drawn = self.groups[sample].drawn_values(parts);
         values.splice(before..before + drawn.len(), drawn);
         Some(StudyPoint { values, key: job.key(), job })
     }
@@ -342,7 +343,7 @@ impl Study {
         show: impl FnOnce(&mut Vec<Value>),
     ) -> Option<StudyPoint> {
         let StudyPoint { mut values, .. } = self.point(index)?;
-        let (sheet, mistakes) = self.filled(&axis::steps(&self.groups, index), settings);
+        let (sheet, mistakes) = self.filled(&axis::steps(&self.groups, index), None, settings);
         if !mistakes.is_empty() {
             return None;
         }
@@ -356,16 +357,21 @@ impl Study {
     pub fn refuse(&self, index: usize, error: &SceneError) -> StudyError {
         let sheet = self.sheet(&axis::steps(&self.groups, index.min(self.points - 1)));
         let mut mistake = locate(error, &sheet, &self.places);
-        let values = self.point(index).map(|point| point.values).unwrap_or_default();
-        let coordinates: Vec<String> = self
-            .axes()
-            .zip(&values)
-            .map(|(axis, value)| format!("{} = {value}", axis.column()))
-            .collect();
+        let coordinates = self.coordinates(&axis::steps(&self.groups, index.min(self.points - 1)));
         if !coordinates.is_empty() {
-            mistake.help = format!("it is so at {}", coordinates.join(", "));
+            mistake.help = format!("it is so at {coordinates}");
         }
         StudyError::new(&self.path, &self.text, vec![mistake])
+    }
+
+    /// Returns the value of each axis at a point, in words.
+    fn coordinates(&self, steps: &[usize]) -> String {
+        let of_group = |(group, step): (&Group, &usize)| {
+            let values = group.axes.iter().map(SweepAxis::column).zip(group.choices(*step));
+            let words = values.map(|(column, choice)| format!("{column} = {}", choice.shown));
+            words.collect::<Vec<_>>().join(", ")
+        };
+        self.groups.iter().zip(steps).map(of_group).collect::<Vec<_>>().join(", ")
     }
 
     /// Returns the error of the condition of `[bisect]`, at its place in the file. The lines of
@@ -468,9 +474,8 @@ impl Study {
         // A study that can be listed has left them out already.
         let listed = indices.len();
         if !self.is_listed() && self.exclusion.is_some() {
-            let kept = |index: usize| match self.leaves_out(index) {
-                Ok(true) => None,
-                Ok(false) => Some(Ok(index)),
+            let kept = |index: usize| match self.decided(index) {
+                Ok(decision) => (!decision.is_excluded).then_some(Ok(index)),
                 Err(mistake) => Some(Err(mistake)),
             };
             let kept: Result<Vec<usize>, Mistake> =
@@ -491,20 +496,41 @@ impl Study {
         Ok(Study { part: Some(indices.into()), excluded, ..self.clone() })
     }
 
-    /// Returns whether the conditions leave out the point with an index.
+    /// Returns what the conditions decide about the point with an index.
     ///
     /// # Errors
     ///
     /// Returns the mistake of a condition that has no meaning at the point, at its place.
-    pub fn excludes(&self, index: usize) -> Result<bool, StudyError> {
-        self.leaves_out(index)
+    pub fn decision(&self, index: usize) -> Result<PointDecision, StudyError> {
+        self.decided(index)
             .map_err(|mistake| StudyError::new(&self.path, &self.text, vec![mistake]))
     }
 
-    fn leaves_out(&self, index: usize) -> Result<bool, Mistake> {
-        let Some(exclusion) = &self.exclusion else { return Ok(false) };
+    fn decided(&self, index: usize) -> Result<PointDecision, Mistake> {
+        let Some(exclusion) = &self.exclusion else { return Ok(PointDecision::default()) };
         let steps = axis::steps(&self.groups, index);
-        exclusion.excludes(&self.groups, &steps, &self.sheet(&steps)).map(|(excluded, _)| excluded)
+        exclusion.excludes(&self.groups, &steps, &self.sheet(&steps))
+    }
+
+    /// Returns the remarks on conditions that change nothing at all the points of the study, of
+    /// which some are `excluded`.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error, at the place of the first condition, if they leave no point.
+    pub fn idle_conditions(
+        &self,
+        excluded: usize,
+        holding: &HoldingCounts,
+    ) -> Result<Vec<String>, StudyError> {
+        match &self.exclusion {
+            None => Ok(Vec::new()),
+            Some(exclusion) if excluded == self.points => {
+                let mistake = exclusion.leaves_none(self.points);
+                Err(StudyError::new(&self.path, &self.text, vec![mistake]))
+            }
+            Some(exclusion) => Ok(exclusion.idle(self.points, holding)),
+        }
     }
 
     /// Leaves out the points for which the conditions say so, in a study that can be listed.
@@ -512,19 +538,17 @@ impl Study {
         let Some(exclusion) = self.exclusion.as_ref().filter(|_| self.is_listed()) else {
             return Ok(());
         };
-        let decide = |index: usize| {
-            let steps = axis::steps(&self.groups, index);
-            exclusion.excludes(&self.groups, &steps, &self.sheet(&steps))
-        };
-        let decided: Vec<(bool, HoldingCounts)> =
-            (0..self.points).into_par_iter().map(decide).collect::<Result<_, _>>()?;
+        let decided: Vec<PointDecision> = (0..self.points)
+            .into_par_iter()
+            .map(|index| self.decided(index))
+            .collect::<Result<_, _>>()?;
         let kept =
-            |(index, (excluded, _)): (usize, &(bool, HoldingCounts))| (!excluded).then_some(index);
+            |(index, decision): (usize, &PointDecision)| (!decision.is_excluded).then_some(index);
         let part: Vec<usize> = decided.iter().enumerate().filter_map(kept).collect();
         if part.is_empty() {
             return Err(exclusion.leaves_none(self.points));
         }
-        let holding = decided.into_iter().map(|(_, holding)| holding);
+        let holding = decided.into_iter().map(|decision| decision.holding);
         let holding = holding.fold(HoldingCounts::default(), HoldingCounts::with);
         self.remarks.extend(exclusion.idle(self.points, &holding));
         self.excluded = self.points - part.len();
@@ -537,8 +561,25 @@ impl Study {
     pub(crate) fn has(&self, steps: &[usize]) -> bool {
         self.exclusion.as_ref().is_none_or(|exclusion| {
             let decided = exclusion.excludes(&self.groups, steps, &self.sheet(steps));
-            decided.is_ok_and(|(excluded, _)| !excluded)
+            decided.is_ok_and(|decision| !decision.is_excluded)
         })
+    }
+
+    /// Returns what is wrong with a point whose sample is drawn at some parts of its distributions;
+    /// `None` where the conditions leave it out.
+    pub(crate) fn mistakes_drawn(&self, steps: &[usize], parts: &[f64]) -> Option<Vec<Mistake>> {
+        let (sheet, mistakes) = self.filled(steps, Some(parts), &[]);
+        if let Some(exclusion) = &self.exclusion
+            && !exclusion
+                .excludes(&self.groups, steps, &sheet)
+                .is_ok_and(|decision| !decision.is_excluded)
+        {
+            return None;
+        }
+        match mistakes.is_empty() {
+            true => Some(self.assembled(&sheet).err().unwrap_or_default()),
+            false => Some(mistakes),
+        }
     }
 
     /// Returns whether the points that differ only in the steps of a group of axes belong together:
@@ -566,15 +607,24 @@ impl Study {
 
     /// Returns the sheet of a point, without what cannot be derived there.
     pub(crate) fn sheet(&self, steps: &[usize]) -> Sheet<'_> {
-        self.filled(steps, &[]).0
+        self.filled(steps, None, &[]).0
     }
 
-    /// Returns the sheet of a point with some settings in place of its own, and why keys cannot be
-    /// derived there.
-    fn filled(&self, steps: &[usize], settings: &[(Key, Setting)]) -> (Sheet<'_>, Vec<Mistake>) {
+    /// Returns the sheet of a point and why keys cannot be derived there. The sample may be drawn at
+    /// some `parts` of its distributions in place of those of its step, and some `settings` stand
+    /// in place of the point's own. Keys are derived from all of these.
+    pub(crate) fn filled(
+        &self,
+        steps: &[usize],
+        parts: Option<&[f64]>,
+        settings: &[(Key, Setting)],
+    ) -> (Sheet<'_>, Vec<Mistake>) {
         let mut sheet = Sheet::new(self.base.iter().map(|(key, given)| (*key, given)));
         for (group, step) in self.groups.iter().zip(steps) {
-            group.apply(*step, &mut sheet);
+            match parts {
+                Some(parts) if group.design.is_some() => group.draw(parts, &mut sheet),
+                _ => group.apply(*step, &mut sheet),
+            }
         }
         for (key, setting) in settings {
             let given = Given { setting: setting.clone(), span: 0..0, nth: None };
@@ -586,11 +636,26 @@ impl Study {
     }
 
     pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Mistake>> {
-        let (sheet, mistakes) = self.filled(steps, &[]);
-        if !mistakes.is_empty() {
-            return Err(mistakes);
+        let (sheet, mut mistakes) = self.filled(steps, None, &[]);
+        if mistakes.is_empty() {
+            match self.assembled(&sheet) {
+                Ok(job) => return Ok(job),
+                Err(found) => mistakes = found,
+            }
         }
-        self.assembled(&sheet)
+        let coordinates = self.coordinates(steps);
+        let place = match coordinates.is_empty() {
+            true => String::new(),
+            false => format!("it is so at {coordinates}\n"),
+        };
+        let help = format!("{place}[[exclude]] leaves out points at which a formula means nothing");
+        let located = mistakes.into_iter().map(|mistake| {
+            match mistake.help.is_empty() && self.derivation.has_place(&mistake.span) {
+                true => mistake.help(help.clone()),
+                false => mistake,
+            }
+        });
+        Err(located.collect())
     }
 
     /// Assembles the job of a sheet, which must suit the study's choice of points as well.

@@ -9,7 +9,7 @@ use contact::Forecast;
 use identity::JobKey;
 use rayon::prelude::*;
 use store::StoreReader;
-use study::{Study, StudyPoint};
+use study::{HoldingCounts, PointDecision, Study, StudyPoint};
 
 use super::tally::PlanTally;
 
@@ -29,11 +29,19 @@ struct PlannedPoint {
     increments: u64,
 }
 
+/// What the axes make at an index.
+struct PlannedStep {
+    /// The point; `None` if the study's conditions leave it out.
+    point: Option<PlannedPoint>,
+    /// The conditions that hold there.
+    holding: HoldingCounts,
+}
+
 /// Returns some points of a study, evenly spread.
 pub(super) fn spread(study: &Study) -> Vec<StudyPoint> {
     let count = LOOKED_AT.min(study.len());
     let index = |point: usize| point * (study.len() - 1) / (count - 1).max(1);
-    let kept = |index: &usize| study.excludes(*index).is_ok_and(|excluded| !excluded);
+    let kept = |index: &usize| study.decision(*index).is_ok_and(|decision| !decision.is_excluded);
     let indices = (0..count).into_par_iter().map(index).filter(kept);
     indices.filter_map(|index| study.point(index)).collect()
 }
@@ -50,13 +58,16 @@ pub(super) fn tally(study: &Study, reader: Option<&StoreReader>) -> Result<PlanT
     let mut tally = PlanTally::default();
     // Half of a digest tells 10⁷ jobs apart but for one chance in 10²⁴.
     let mut seen: HashSet<u128> = HashSet::new();
+    let mut holding = HoldingCounts::default();
     for first in (0..study.len()).step_by(AT_A_TIME) {
         let last = study.len().min(first + AT_A_TIME);
-        let points: Vec<Result<Option<PlannedPoint>>> =
+        let points: Vec<Result<PlannedStep>> =
             (first..last).into_par_iter().map(|index| planned(study, index)).collect();
         let mut distinct = Vec::with_capacity(points.len());
         for point in points {
-            let Some(point) = point? else {
+            let PlannedStep { point, holding: of_point } = point?;
+            holding = holding.with(of_point);
+            let Some(point) = point else {
                 tally.excluded += 1;
                 continue;
             };
@@ -75,17 +86,20 @@ pub(super) fn tally(study: &Study, reader: Option<&StoreReader>) -> Result<PlanT
             tally.add(&point.forecast, point.increments);
         }
     }
+    tally.remarks = study.idle_conditions(tally.excluded, &holding)?;
     Ok(tally)
 }
 
-/// Returns what a plan needs to know of a point; `None` if the study's conditions leave it out.
-fn planned(study: &Study, index: usize) -> Result<Option<PlannedPoint>> {
-    if study.excludes(index)? {
-        return Ok(None);
+/// Returns what a plan needs to know of a point.
+fn planned(study: &Study, index: usize) -> Result<PlannedStep> {
+    let PointDecision { is_excluded, holding } = study.decision(index)?;
+    if is_excluded {
+        return Ok(PlannedStep { point: None, holding });
     }
     let job = study.job_at(index)?;
     let forecast = forecast(&job, study.surfaces()).map_err(|error| study.refuse(index, &error))?;
-    Ok(Some(PlannedPoint { key: job.key(), forecast, increments: increments_of(&job) }))
+    let point = PlannedPoint { key: job.key(), forecast, increments: increments_of(&job) };
+    Ok(PlannedStep { point: Some(point), holding })
 }
 
 fn half(key: &JobKey) -> u128 {

@@ -10,6 +10,8 @@ pub(super) struct PlanTally {
     pub(super) points: usize,
     /// The number of points that conditions leave out.
     pub(super) excluded: usize,
+    /// The remarks on conditions of a study that is too large to be listed.
+    pub(super) remarks: Vec<String>,
     /// The number of distinct jobs, those with a result included.
     pub(super) jobs: usize,
     pub(super) to_run: usize,

@@ -4,7 +4,8 @@
 //! with the others at three places; their steps fall into classes of equal forecasts. A combination
 //! of classes is a piece of the row, of which one forecast is made and the sequences are counted.
 //! The steps of the axes with most classes fall into classes of similar cost, whatever their
-//! operators, where there are too many combinations.
+//! operators, where there are too many combinations. The points of a large sample are one class, of
+//! which some points tell the mean cost: any run of them takes about as long as any other.
 
 use std::collections::HashMap;
 
@@ -22,15 +23,71 @@ const MOST_PIECES: usize = 100_000;
 /// The ratio of costs that count as similar.
 const SIMILAR: f64 = 1.2;
 
+/// The largest number of points of a sample that are weighed.
+const MOST_WEIGHED: usize = 10_000;
+
 /// A group of axes, its steps in classes.
 struct ClassedGroup {
     stride: Stride,
-    /// The steps of each class, in order.
-    classes: Vec<Vec<usize>>,
+    classes: Vec<StepClass>,
     /// The costs of the steps of each class, with the other groups at three places.
     costs: Vec<[u128; 3]>,
     /// The number of times that classes were merged since there were too many.
     blurs: usize,
+}
+
+/// Steps of a group that stand for each other.
+enum StepClass {
+    /// Steps in order, of which the middle one stands for the others.
+    Listed(Vec<usize>),
+    /// All the steps of a sample.
+    Sample(WeighedSample),
+}
+
+/// A sample of which some points were weighed.
+struct WeighedSample {
+    length: usize,
+    /// The step whose cost comes closest to the mean.
+    usual: usize,
+    /// The cost of that step.
+    usual_cost: u128,
+    /// The mean cost.
+    mean_cost: u128,
+}
+
+impl StepClass {
+    fn len(&self) -> usize {
+        match self {
+            StepClass::Listed(steps) => steps.len(),
+            StepClass::Sample(sample) => sample.length,
+        }
+    }
+
+    /// Returns one of its steps, counted from 0.
+    fn step(&self, number: usize) -> usize {
+        match self {
+            StepClass::Listed(steps) => steps[number],
+            StepClass::Sample(_) => number,
+        }
+    }
+
+    /// Returns the step that stands for all of them.
+    fn usual(&self) -> usize {
+        match self {
+            StepClass::Listed(steps) => steps[steps.len() / 2],
+            StepClass::Sample(sample) => sample.usual,
+        }
+    }
+
+    /// Returns the mean cost of its steps where the usual one has a cost.
+    fn mean(&self, cost: u128) -> u128 {
+        match self {
+            StepClass::Listed(_) => cost,
+            StepClass::Sample(sample) => {
+                (cost * sample.mean_cost / sample.usual_cost.max(1)).max(1)
+            }
+        }
+    }
 }
 
 /// The sequences of a study by the classes of their steps.
@@ -80,8 +137,11 @@ impl Lattice {
             let steps = groups
                 .iter()
                 .zip(classes)
-                .map(|(group, class)| group.middle(*class) * group.stride.distance);
-            weight(study, steps.sum())
+                .map(|(group, class)| group.class(*class).usual() * group.stride.distance);
+            let Weight { cost, operator } = weight(study, steps.sum())?;
+            let of_classes = groups.iter().zip(classes);
+            let cost = of_classes.fold(cost, |cost, (group, class)| group.class(*class).mean(cost));
+            Ok::<_, AnswerError>(Weight { cost, operator })
         };
         let weights = pieces.par_iter().map(first).collect::<Result<Vec<_>, _>>()?;
         let mut operators = HashMap::new();
@@ -94,8 +154,7 @@ impl Lattice {
         let points = along.iter().map(|stride| stride.length as u64).product::<u64>();
         let row = order.iter().map(|piece| {
             let sizes = groups.iter().zip(&pieces[*piece]);
-            let count =
-                sizes.map(|(group, class)| group.classes[*class as usize].len() as u64).product();
+            let count = sizes.map(|(group, class)| group.class(*class).len() as u64).product();
             let Weight { cost, operator } = weights[*piece];
             let cost = cost * u128::from(points);
             Piece { cost, weight: cost, count, points, operator }
@@ -110,9 +169,9 @@ impl Lattice {
         let mut rest = sequence as usize;
         let mut first = 0;
         for (group, class) in self.groups.iter().zip(&self.pieces[piece]).rev() {
-            let steps = &group.classes[*class as usize];
-            first += steps[rest % steps.len()] * group.stride.distance;
-            rest /= steps.len();
+            let class = group.class(*class);
+            first += class.step(rest % class.len()) * group.stride.distance;
+            rest /= class.len();
         }
         let begin = indices.len();
         indices.push(first);
@@ -145,20 +204,35 @@ fn classed(study: &Study, strides: &[Stride], group: usize) -> Result<ClassedGro
     };
     if study.groups()[group].design().is_some() {
         // Each point of a sample has an operator to itself, so that only costs make classes.
-        let costs = (0..stride.length)
+        let count = stride.length.min(MOST_WEIGHED);
+        let weighed = |number: usize| number * (stride.length - 1) / (count - 1).max(1);
+        let costs = (0..count)
             .into_par_iter()
-            .map(|step| Ok(weights(step)?.map(|weight| weight.cost)))
+            .map(|number| Ok(weights(weighed(number))?.map(|weight| weight.cost)))
             .collect::<Result<Vec<_>, AnswerError>>()?;
-        let classes = (0..stride.length).map(|step| vec![step]).collect();
-        let mut group = ClassedGroup { stride, classes, costs, blurs: 0 };
-        group.blur();
-        return Ok(group);
+        if count == stride.length {
+            let classes = (0..count).map(|step| StepClass::Listed(vec![step])).collect();
+            let mut group = ClassedGroup { stride, classes, costs, blurs: 0 };
+            group.blur();
+            return Ok(group);
+        }
+        let sums: Vec<u128> = costs.iter().map(|costs| costs.iter().sum()).collect();
+        let mean_cost = sums.iter().sum::<u128>() / sums.len() as u128;
+        let closest = (0..count).min_by_key(|number| sums[*number].abs_diff(mean_cost));
+        let closest = closest.unwrap_or_default();
+        let sample = WeighedSample {
+            length: stride.length,
+            usual: weighed(closest),
+            usual_cost: sums[closest],
+            mean_cost,
+        };
+        let (classes, costs) = (vec![StepClass::Sample(sample)], vec![costs[closest]]);
+        return Ok(ClassedGroup { stride, classes, costs, blurs: 0 });
     }
     let weights =
         (0..stride.length).into_par_iter().map(weights).collect::<Result<Vec<_>, AnswerError>>()?;
     let mut known = HashMap::new();
-    let mut classes: Vec<Vec<usize>> = Vec::new();
-    let mut costs = Vec::new();
+    let (mut classes, mut costs): (Vec<Vec<usize>>, Vec<[u128; 3]>) = (Vec::new(), Vec::new());
     for (step, weights) in weights.into_iter().enumerate() {
         let class = *known.entry(weights).or_insert(classes.len());
         match classes.get_mut(class) {
@@ -169,6 +243,7 @@ fn classed(study: &Study, strides: &[Stride], group: usize) -> Result<ClassedGro
             }
         }
     }
+    let classes = classes.into_iter().map(StepClass::Listed).collect();
     Ok(ClassedGroup { stride, classes, costs, blurs: 0 })
 }
 
@@ -187,10 +262,8 @@ fn blur(groups: &mut [ClassedGroup]) {
 }
 
 impl ClassedGroup {
-    /// Returns the step in the middle of a class, which stands for those that are only similar.
-    fn middle(&self, class: u32) -> usize {
-        let steps = &self.classes[class as usize];
-        steps[steps.len() / 2]
+    fn class(&self, class: u32) -> &StepClass {
+        &self.classes[class as usize]
     }
 
     /// Merges classes of similar cost; the more often it was done, the less similar they need be.
@@ -200,6 +273,14 @@ impl ClassedGroup {
         let mut known = HashMap::new();
         let (mut classes, mut costs): (Vec<Vec<usize>>, Vec<[u128; 3]>) = (Vec::new(), Vec::new());
         for (steps, cost) in std::mem::take(&mut self.classes).into_iter().zip(&self.costs) {
+            let steps = match steps {
+                StepClass::Listed(steps) => steps,
+                // A sample is one class already.
+                sample => {
+                    self.classes.push(sample);
+                    return;
+                }
+            };
             let class = *known.entry(cost.map(bin)).or_insert(classes.len());
             match classes.get_mut(class) {
                 Some(known) => known.extend(steps),
@@ -210,6 +291,7 @@ impl ClassedGroup {
             }
         }
         classes.iter_mut().for_each(|steps| steps.sort_unstable());
+        let classes = classes.into_iter().map(StepClass::Listed).collect();
         (self.classes, self.costs, self.blurs) = (classes, costs, self.blurs + 1);
     }
 }

@@ -252,3 +252,34 @@ fn conditions_leave_out_points_of_every_shard() {
     let left_out: usize = parts.iter().map(Study::excluded).sum();
     assert_eq!((kept, left_out), (150_600, 150_000));
 }
+
+/// A sample of 4·10⁹ points is neither listed nor weighed point by point.
+#[test]
+fn a_sample_of_any_length_is_cut_by_some_of_its_points() {
+    let sampled = |count: u32| {
+        let text = format!(
+            "{}[sample]\nmethod = \"sobol\"\ncount = {count}\n[sample.keys]\n\
+             \"friction.mu\" = {{ from = 0.1, to = 0.5 }}\n\
+             mesh = {{ values = [8, 64], weights = [3, 1] }}\n",
+            SPHERE.replace("mesh = 8\n", "")
+        );
+        Study::parse_sharded(&text, "sampled.toml", &mut |_| Err(String::new()))
+            .unwrap_or_else(|error| panic!("{}", error.render(false)))
+    };
+    let study = sampled(4_000_000_000);
+    let partition = Partition::of(&study, 40_000).unwrap();
+    let loads: Vec<ShardLoad> =
+        (1..=40_000).map(|index| partition.load(shard(index, 40_000))).collect();
+    assert_eq!(loads.iter().map(|load| load.points).sum::<u64>(), 4_000_000_000);
+    assert!(loads.iter().all(|load| load.points <= 200_000));
+    let part = partition.indices(shard(20_000, 40_000));
+    let seconds = |index: &usize| {
+        forecast(&study.point(*index).unwrap().job, study.surfaces()).unwrap().seconds
+    };
+    let mean = part.iter().take(4096).map(seconds).sum::<f64>() / 4096.0;
+    let expected = loads[19_999].seconds / loads[19_999].points as f64;
+    assert!((mean / expected - 1.0).abs() < 0.05, "{mean} {expected}");
+    // Each point of a smaller one is in one shard.
+    let study = sampled(300_000);
+    parts(&Partition::of(&study, 7).unwrap(), study.len());
+}

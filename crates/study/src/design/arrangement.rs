@@ -21,6 +21,14 @@ pub enum Arrangement {
 }
 
 impl Arrangement {
+    /// Returns what a sample has so many of as its `count` says.
+    pub fn noun(self) -> &'static str {
+        match self {
+            Arrangement::Plain => "points",
+            _ => "rows",
+        }
+    }
+
     /// Returns the number of dimensions of the sequence for each dimension of the design.
     pub(super) fn coordinates_of_input(self) -> usize {
         if self == Arrangement::Saltelli { 2 } else { 1 }

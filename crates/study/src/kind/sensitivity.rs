@@ -169,7 +169,7 @@ fn of(method: SamplingMethod) -> String {
 
 fn is_bounded(distribution: &Distribution) -> bool {
     match distribution {
-        Distribution::Normal(normal) | Distribution::LogNormal(normal) => {
+        Distribution::Normal(normal) | Distribution::LogNormal { logarithm: normal, .. } => {
             normal.from.is_finite() && normal.to.is_finite()
         }
         _ => true,

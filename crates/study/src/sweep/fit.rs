@@ -1,12 +1,12 @@
 //! Refuses axes that are too many, that repeat themselves, or that do not fit each other or the
 //! scene.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use toml::de::{DeTable, DeValue};
 
 use super::range::is_range;
-use crate::axis::{Choice, Group, MAX_AXES, MAX_ENTRIES, MAX_POINTS, SweepAxis, Target};
+use crate::axis::{Choice, Group, MAX_AXES, MAX_ENTRIES, MAX_POINTS, SweepAxis, Target, entries};
 use crate::error::{Mistake, are_enough};
 use crate::key::Key;
 use crate::read::Node;
@@ -202,21 +202,19 @@ pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], mistakes: &
         let in_list =
             || axes().filter(|(_, (of, _))| *of == list).map(|(axis, (_, index))| (axis, index));
         let scene = Sheet::new(base.iter().map(|(key, given)| (*key, given)));
-        let (length, has) = match scene.get(list) {
-            Some(_) => (scene.length(list), "has"),
-            None => {
-                let set: HashSet<u32> = in_list().map(|(_, index)| index).collect();
-                ((0..).find(|index| !set.contains(index)).unwrap_or(0), "is missing and would have")
-            }
+        let length = entries(list, base, groups);
+        let has = match scene.get(list) {
+            Some(_) => "has",
+            None => "is missing and would have",
         };
         for (axis, index) in in_list().filter(|(_, index)| *index >= length) {
-            let entries = match length {
+            let found = match length {
                 0 => "no entries".to_owned(),
                 1 => "one entry, [0]".to_owned(),
                 n => format!("{n} entries, [0] to [{}]", n - 1),
             };
             let message = format!(
-                "there is no `{}[{index}]`: the scene's `{}` {has} {entries}",
+                "there is no `{}[{index}]`: the scene's `{}` {has} {found}",
                 list.short(),
                 list.name()
             );

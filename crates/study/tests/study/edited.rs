@@ -61,3 +61,39 @@ fn a_scene_gets_a_ladder_of_costs() {
     let search = sphere("kind = \"multiplicity\"\n", "");
     assert!(ladder(&search, &[]).unwrap_err().to_string().contains("solves no scene"));
 }
+
+/// A ladder is of one scene, and has meshes and tolerances of its own.
+#[test]
+fn a_ladder_takes_neither_conditions_nor_formulas_of_its_rungs() {
+    let ladder = |text: &str, settings: &[String]| {
+        with_cost_ladder(text, "edited.toml", settings, &mut |_| Err(String::new())).unwrap()
+    };
+    let swept = sphere(
+        "",
+        "[sweep]\nfriction.mu = [0.1, 0.2]\n[[exclude]]\nwhen = \"mu < 0.15\"\n\
+         [[keep]]\nwhen = \"mesh == 16\"\n",
+    );
+    assert_eq!(read(&ladder(&swept, &["mu=0.1".to_owned()])).len(), 27);
+    let derived = sphere(
+        "",
+        "[derive]\nmesh = \"round(radius / 1 mm)\"\ntolerance = \"1e-8 * mu\"\n\
+         epsilon = \"tolerance / mesh\"\n",
+    );
+    let study = read(&ladder(&derived.replace("mesh = 16\n", ""), &[]));
+    assert_eq!((study.len(), study.kind()), (27, Kind::Cost));
+}
+
+/// Without drawn keys nothing is left whose influence could be asked for.
+#[test]
+fn a_study_of_sensitivity_whose_keys_are_set_solves() {
+    let text = sphere(
+        "kind = \"sensitivity\"\n[sensitivity]\nof = \"load\"\n[figure]\nkind = \"sensitivity\"\n\
+         y = \"load\"\n",
+        "[sample]\nmethod = \"sobol\"\ncount = 4\n[sample.keys]\nfriction.mu = { from = 0.1, to = 0.3 }\n\
+         punch.radius = { from = \"1 mm\", to = \"3 mm\" }\n",
+    );
+    let one = read(&set(&text, &["mu=0.2"]).unwrap());
+    assert_eq!(one.kind(), Kind::Sensitivity);
+    let none = read(&set(&text, &["mu=0.2", "radius=2mm"]).unwrap());
+    assert_eq!((none.kind(), none.len()), (Kind::Solve, 1));
+}

@@ -42,6 +42,11 @@ const EXCLUSIONS: &[(&str, &str)] = &[
         "the mesh that is refined",
         "[[exclude]]\nwhen = \"mesh > 25\"\n[refine]\non = \"load\"\nuntil = \"1%\"\n",
     ),
+    (
+        "the rungs of a ladder",
+        "mesh = [8, 16, 32]\n[convergence]\n[[exclude]]\nwhen = \"mesh < 10\"\n",
+    ),
+    ("the rungs of costs", "mesh = [8, 16, 32]\n[cost]\n[[keep]]\nwhen = \"mesh * mu > 2\"\n"),
 ];
 
 /// The name of each case, and what it adds to the study.
@@ -77,6 +82,9 @@ const DERIVATIONS: &[(&str, &str)] = &[
     ("twice", "[derive]\ntolerance = \"1e-8\"\nnumerics.tolerance = \"1e-8\"\n"),
     ("a part of an element", "[derive]\nmax_iterations = \"1000 * mu + 0.5\"\n"),
     ("a division by 0", "[derive]\nepsilon = \"1e-9 / (mu - 0.2)\"\n"),
+    ("a division by 0 at a later value", "[derive]\nepsilon = \"1e-9 / (mu - 0.3)\"\n"),
+    ("a mesh that is refined", "[derive]\nmesh = \"8\"\n[refine]\non = \"load\"\nuntil = \"1%\"\n"),
+    ("a mesh of an accuracy", "[derive]\nmesh = \"8\"\n[accuracy]\nis = \"1%\"\n"),
     ("a value out of bounds", "[derive]\ntolerance = \"mu - 0.2\"\n"),
 ];
 
@@ -129,7 +137,16 @@ fn values(study: &Study) -> Vec<String> {
 fn refusals(cases: &[(&str, &str)]) -> String {
     let mut said = String::new();
     for (name, addition) in cases {
-        match read(&format!("{GOOD}{addition}")) {
+        let mut text = format!("{GOOD}{addition}");
+        for kind in ["convergence", "cost"] {
+            if addition.contains(&format!("[{kind}]")) {
+                text = format!("kind = \"{kind}\"\n{text}");
+            }
+        }
+        if addition.contains("\nmesh = \"8\"") {
+            text = text.replace("mesh = 16\n", "");
+        }
+        match read(&text) {
             Ok(_) => panic!("{name}: was not refused"),
             Err(error) => said += &format!("## {name}\n{error}\n\n"),
         }
@@ -223,6 +240,24 @@ fn keys_of_absent_entries_are_not_derived() {
     assert_eq!(column.value(&points[1], None), Value::Number(1e-4));
 }
 
+/// A layer that axes make has all of its keys.
+#[test]
+fn keys_of_entries_that_axes_make_are_derived() {
+    let text = GOOD.replace(
+        "\"punch.radius\" = [\"5 mm\", \"10 mm\"]",
+        "\"foundation.layers[0].thickness\" = [\"1 mm\", \"2 mm\"]",
+    );
+    let derive = "[derive]\n\"foundation.layers[0].shear_modulus\" = \"shear_modulus / 10\"\n\
+                  \"foundation.layers[0].poisson\" = \"poisson\"\n";
+    let study = read(&format!("{text}{derive}")).unwrap_or_else(|error| panic!("{error}"));
+    let columns = study.columns();
+    let column = study::columns::find(&columns, "layer0_shear_modulus").unwrap();
+    assert!(study.points().iter().all(|point| column.value(point, None) == Value::Number(8e9)));
+    let beyond = derive.replace("layers[0].poisson", "layers[1].poisson");
+    let said = read(&format!("{text}{beyond}")).unwrap_err().to_string();
+    assert!(said.contains("there is no `foundation.layers[1].poisson`"), "{said}");
+}
+
 /// A key that is set is no longer derived.
 #[test]
 fn a_setting_takes_the_place_of_a_formula() {
@@ -283,6 +318,25 @@ fn files_give_points_with_units_of_heads_and_of_values() {
     let own = with_points("", "mesh,ceiling\n8,5 GPa\n8,1e9\n").unwrap();
     let listed = "8 5e9 0.1 0.005";
     assert_eq!(values(&own)[0], listed);
+}
+
+/// What a query writes of a study over tables has their labels beside their keys.
+#[test]
+fn labels_of_tables_beside_their_keys_are_left_out() {
+    let study = with_points("", "punch,punch.shape,mesh\nball,sphere,8\nlarger ball,sphere,16\n");
+    let study = study.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(values(&study)[0].split_whitespace().next(), Some("sphere"));
+    assert_eq!(
+        study.remarks(),
+        ["points points.csv: left out, since they name tables whose keys stand beside them: punch"]
+    );
+    for head in ["layers", "foundation.layers"] {
+        let layered = format!(
+            "{head},layer0_thickness,layer0_shear_modulus,layer0_poisson,mesh\ncoated,1 mm,1 GPa,0.3,8\n"
+        );
+        let study = with_points("", &layered).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((study.len(), study.remarks().len()), (6, 1));
+    }
 }
 
 /// The file is kept with the study.
@@ -439,7 +493,7 @@ fn blocks_without_meaning_are_refused_at_their_place() {
         ("two in one block", "[[sweep]]\nmesh = [8]\nnumerics.mesh = [16]\n"),
         (
             "overlapping",
-            "[[sweep]]\nradius = [1]\n[[sweep]]\npunch = [{ shape = \"cone\", angle = 1 }]\n",
+            "[[sweep]]\npunch.radius = [1]\n[[sweep]]\npunch = [{ shape = \"cone\", angle = 1 }]\n",
         ),
         ("unknown", "[[sweep]]\nmesh = [8]\n[[sweep]]\nmash = [8]\n"),
         (
@@ -472,4 +526,29 @@ fn a_setting_leaves_every_block() {
     assert_eq!(read(&set(&["mesh=8"])).unwrap().axes().count(), 2);
     let single = set(&["mesh=8", "friction.mu=0.2", "punch.radius=5 mm"]);
     assert!(!single.contains("sweep") && read(&single).unwrap().len() == 1, "{single}");
+}
+
+/// The conditions of a large study are judged by whoever goes through its points.
+#[test]
+fn conditions_of_a_large_study_are_remarked_by_their_counts() {
+    let text = GOOD.replace(
+        "\"friction.mu\" = [0.1, 0.2, 0.3]\n",
+        "\"friction.mu\" = { from = 0, to = 1, count = 150000 }\n",
+    );
+    let judged = |conditions: &str| {
+        let text = format!("{text}{conditions}");
+        let study = Study::parse_sharded(&text, "study.toml", &mut no_files).unwrap();
+        assert!(!study.is_listed());
+        let (mut excluded, mut holding) = (0, study::HoldingCounts::default());
+        for index in 0..study.len() {
+            let decision = study.decision(index).unwrap();
+            excluded += usize::from(decision.is_excluded);
+            holding = holding.with(decision.holding);
+        }
+        study.idle_conditions(excluded, &holding).map_err(|error| error.to_string())
+    };
+    let remarks = judged("[[exclude]]\nwhen = \"mu > 2\"\n[[exclude]]\nwhen = \"mu > 0.5\"\n");
+    assert_eq!(remarks, Ok(vec!["[[exclude]] `mu > 2` holds at no point".to_owned()]));
+    let refused = judged("[[keep]]\nwhen = \"radius > 7\"\n").unwrap_err();
+    assert!(refused.contains("leave none of the study's 300000 points"), "{refused}");
 }

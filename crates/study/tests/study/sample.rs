@@ -307,6 +307,48 @@ fn points_can_be_made_of_parts() {
     assert_eq!(study.point_drawn(9, &parts), study.point(9));
 }
 
+/// What follows from a drawn key follows from the part that stands in its place.
+#[test]
+fn keys_are_derived_from_the_parts_of_a_point() {
+    let text = GOOD.replace("[{ approach = \"1 um\" }]", "[{}]");
+    let text = format!("{text}[derive]\n\"loading.steps[0].approach\" = \"mu * 10 um\"\n");
+    let study = good(&text);
+    let columns = study.columns();
+    let approach = study::columns::find(&columns, "approach").unwrap();
+    let drawn = study.point_drawn(0, &[0.75, 0.5, 0.5]).unwrap();
+    assert_eq!(approach.value(&drawn, None), Value::Number(4e-6));
+}
+
+/// The ends of a distribution are held against what follows from them, at points that the
+/// conditions keep.
+#[test]
+fn the_ends_of_distributions_are_held_against_the_points_that_are_kept() {
+    let wide = |text: &str, addition: &str| {
+        let mu = "{ distribution = \"normal\", mean = 0.5, deviation = 0.05 }";
+        read(&format!("{}{addition}", text.replace(MU, mu)))
+    };
+    let said = wide(GOOD, "[derive]\ntolerance = \"mu - 0.2\"\n").unwrap_err().to_string();
+    assert!(said.contains("`friction.mu` may be drawn as small as 0.0895"), "{said}");
+    let derived = "[[exclude]]\nwhen = \"mu < 0.3\"\n[derive]\ntolerance = \"mu - 0.2\"\n";
+    assert!(wide(GOOD, derived).is_ok());
+
+    // A radius below 0 is none, unless it is left out.
+    let radius = |addition: &str| {
+        read(&format!(
+            "{}{addition}",
+            GOOD.replace("deviation = \"0.5 mm\"", "deviation = \"2 mm\"")
+        ))
+    };
+    assert!(radius("").is_err());
+    assert!(radius("[[exclude]]\nwhen = \"radius <= 0\"\n").is_ok());
+
+    // The first value of the axis makes no sense, and is left out.
+    let axis =
+        "[[exclude]]\nwhen = \"poisson > 0.5\"\n[sweep]\nfoundation.base.poisson = [0.9, 0.3]\n";
+    assert!(read(&format!("{GOOD}{axis}")).is_ok());
+    assert!(radius(axis).unwrap_err().to_string().contains("drawn as small as"));
+}
+
 #[test]
 fn a_million_points_are_no_list() {
     let text = GOOD.replace("count = 8", "count = 1000000");
@@ -316,4 +358,26 @@ fn a_million_points_are_no_list() {
     assert_eq!(study.point(7).unwrap().key, good(GOOD).point(7).unwrap().key);
     let part = study.restricted(vec![999_999, 3]).unwrap();
     assert_eq!(part.points().len(), 2);
+}
+
+/// The values of all keys together are as many as those of the axes of a sweep may be.
+#[test]
+fn keys_share_a_bound_of_values_and_a_file_that_is_read_once() {
+    let lines: String = (1..=120_000).map(|n| format!("{n}e-6\n")).collect();
+    let text = |keys: &str| {
+        let (before, _) = GOOD.split_once("[sample.keys]\n").unwrap();
+        format!("{before}[sample.keys]\n{keys}")
+    };
+    let read = |keys: &str| {
+        let bytes = format!("mu\n{lines}").into_bytes();
+        let mut files = |_: &str| Ok(NamedFile { bytes: bytes.clone(), may_quote: true });
+        Study::parse(&text(keys), "study.toml", &mut files)
+    };
+    let measured = "{ file = \"mu.csv\", column = \"mu\" }\n";
+    let mu = format!("friction.mu = {measured}");
+    assert!(read(&mu).is_ok());
+    let both = format!("{mu}foundation.base.poisson = {measured}epsilon = {measured}");
+    let said = read(&both).unwrap_err().to_string();
+    assert!(said.contains("the sample draws from 240000 values up to here"), "{said}");
+    assert_eq!(said.matches("error").count(), 1, "{said}");
 }

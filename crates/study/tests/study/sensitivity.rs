@@ -222,3 +222,22 @@ fn a_study_without_a_table_is_of_the_usual_method() {
     let expected = SensitivityMethod::Sobol(SobolEstimators::Jansen);
     assert_eq!(jansen.sensitivity(), Some(expected));
 }
+
+/// Rows and other levels are other points, as those of another seed are, which loses nothing that
+/// could be kept.
+#[test]
+fn another_arrangement_is_another_sample() {
+    let plain = GOOD
+        .replace("kind = \"sensitivity\"\n", "")
+        .replace(&format!("{METHOD}\n{OF}\n"), "")
+        .replace("count = 4", "count = 64");
+    let kept = |text: &str, former: &str| good(text).require_kept_points(&good(former));
+    assert_eq!(kept(GOOD, &plain), Ok(()));
+    assert_eq!(kept(&plain, GOOD), Ok(()));
+    let levels = |levels: &str| bounded().replace("levels = 4", levels);
+    assert_eq!(kept(&levels("levels = 8"), &levels("levels = 4")), Ok(()));
+    let hypercube = GOOD.replace(SAMPLE, "[sample]\nmethod = \"latin-hypercube\"");
+    let refused = kept(&hypercube.replace("count = 4", "count = 6"), &hypercube).unwrap_err();
+    let message = &refused.mistakes()[0].message;
+    assert!(message.starts_with("a Latin hypercube of 6 rows keeps none of the 4"), "{message}");
+}
