@@ -25,7 +25,8 @@ pub(crate) struct GarbageLimits {
     pub(crate) older_than: Option<Duration>,
     /// The size beyond which something must be \[bytes\].
     pub(crate) larger_than: Option<u64>,
-    /// Whether results of earlier versions of the physics are garbage, to whose jobs a study refers.
+    /// Results of earlier versions of the physics, to whose jobs a study refers, are garbage if
+    /// this is true.
     pub(crate) earlier_physics: bool,
 }
 
@@ -40,7 +41,8 @@ pub(crate) struct UnusedResult {
     pub(crate) finished: u64,
     /// The version of the physics that computed it.
     pub(crate) physics: u32,
-    /// Whether a study refers to its job, so that it can be compared with the result of this physics.
+    /// A study refers to its job if this is true, so that it can be compared with the result of
+    /// this physics.
     pub(crate) is_comparable: bool,
     /// The run that computed it.
     #[serde(skip)]
@@ -69,7 +71,7 @@ pub(crate) struct KeptResults {
     pub(crate) bytes: u64,
 }
 
-/// What studies need of the results in a store, to whose jobs none refers.
+/// The needs of studies of results in a store to whose jobs none refers.
 #[derive(Debug, Default)]
 struct Needs {
     /// The records to whose jobs no study refers.
@@ -78,7 +80,8 @@ struct Needs {
     comparable: HashSet<JobKey>,
     /// The jobs that each study may choose beyond a result that is missing, by its name.
     awaited: BTreeMap<String, JobPattern>,
-    /// The same where results of earlier versions of the physics stand in for those that are missing.
+    /// The jobs that each may choose where results of earlier versions of the physics stand in for
+    /// those that are missing.
     awaited_to_compare: BTreeMap<String, JobPattern>,
 }
 

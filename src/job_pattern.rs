@@ -1,4 +1,4 @@
-//! What the jobs of a study have in common, to tell which other jobs it may yet choose.
+//! This file finds what the jobs of a study have in common, to tell which others it may choose.
 
 use std::collections::BTreeMap;
 

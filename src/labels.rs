@@ -97,7 +97,7 @@ mod tests {
             tags: ["b", "a"].map(str::to_owned).into(),
             note: Some("one\ntags: c".to_owned()),
         };
-        assert_eq!(lines(&labels), ["tags: a, b", r"note: one\u{a}tags: c"]);
+        assert_eq!(lines(&labels), ["tags: a, b", r"note: one\ntags: c"]);
         let many = (0..40).map(|number| format!("t{number}")).collect();
         check(&StudyLabels { tags: many, note: None }).unwrap_err();
     }

@@ -2,6 +2,7 @@
 //! how many points failed.
 
 use report::{Cell, DataTable, TableColumn};
+use study::columns::Role;
 use study::{Column, Record, SamplingMethod};
 
 use crate::comparison::AnswerTable;
@@ -11,6 +12,7 @@ use crate::place::{PointGroup, group_points};
 use crate::statistics::ConfidenceInterval;
 use crate::statistics::description::{Statistic, describe};
 use crate::statistics::share::share;
+use crate::variation::{DIMENSIONLESS, NOISE};
 
 /// Describes columns of a study with a sample, for each combination of the other axes.
 pub(crate) fn tables(
@@ -33,9 +35,7 @@ pub(crate) fn tables(
     for column in columns {
         tables.push(described(evidence, column, &groups)?);
     }
-    let ends = groups.iter().flat_map(|group| &group.members);
-    let ended = ends.filter_map(|point| evidence.records.get(&points[*point].key));
-    tables.extend(failures(ended)?);
+    tables.extend(failures(evidence, &groups)?);
     tables.push(sentence("independence", independence(design.method()))?);
     Ok(tables)
 }
@@ -77,6 +77,23 @@ pub(crate) fn number(evidence: &Evidence<'_>, column: &Column, point: usize) -> 
     }
 }
 
+/// Returns the change below which the values of a column are the same: the part [`NOISE`] of the
+/// largest quantity of its unit among the results. A force that is 0 is some 10⁻¹³ N.
+pub(crate) fn floor(evidence: &Evidence<'_>, column: &Column) -> f64 {
+    let unit = column.unit();
+    if DIMENSIONLESS.contains(&unit) {
+        return 0.0;
+    }
+    let columns = evidence.study.columns();
+    let alike: Vec<&Column> = columns
+        .iter()
+        .filter(|other| other.role == Role::Observable && other.unit() == unit)
+        .collect();
+    let sizes = (0..evidence.points.len())
+        .flat_map(|point| alike.iter().filter_map(move |other| number(evidence, other, point)));
+    NOISE * sizes.map(f64::abs).fold(0.0, f64::max)
+}
+
 fn described(
     evidence: &Evidence<'_>,
     column: &Column,
@@ -87,18 +104,20 @@ fn described(
     let unit = column.unit();
     heads.push(TableColumn::new("statistic", ""));
     heads.extend(["value", "low", "high"].map(|name| TableColumn::new(name, unit)));
-    heads.push(TableColumn::new("points", ""));
+    heads.extend(["points", "missing"].map(|name| TableColumn::new(name, "")));
     let mut rows = Vec::new();
     for PointGroup { place, members } in groups {
         let numbers: Vec<f64> =
             members.iter().filter_map(|point| number(evidence, column, *point)).collect();
-        let count = Cell::Integer(numbers.len() as i64);
+        // The points that have ended and have no value, be it that they failed.
+        let missing = ended(evidence, members).count() - numbers.len();
+        let counts = [numbers.len(), missing].map(|count| Cell::Integer(count as i64));
         for Statistic { name, value, interval } in describe(numbers) {
             let mut row = place.cells();
             row.push(Cell::Text(name.to_owned()));
             row.push(value.map_or(Cell::Missing, Cell::Number));
             row.extend(ends(interval));
-            row.push(count.clone());
+            row.extend(counts.clone());
             rows.push(row);
         }
     }
@@ -114,22 +133,44 @@ pub(crate) fn ends(interval: Option<ConfidenceInterval>) -> [Cell; 2] {
     }
 }
 
-/// Says how many of the points that have ended failed, and how many might; nothing if none has
-/// ended.
-fn failures<'r>(
-    ended: impl Iterator<Item = &'r Record>,
+/// Iterates over the records of those of some points that have ended.
+fn ended<'e>(evidence: &'e Evidence<'_>, members: &'e [usize]) -> impl Iterator<Item = &'e Record> {
+    members.iter().filter_map(|point| evidence.records.get(&evidence.points[*point].key))
+}
+
+/// Says how many of the points that have ended failed, and how many might, a row for each
+/// combination of the other axes; nothing if none has ended.
+fn failures(
+    evidence: &Evidence<'_>,
+    groups: &[PointGroup],
 ) -> Result<Option<AnswerTable>, AnswerError> {
-    let (mut failed, mut count) = (0, 0);
-    for record in ended {
-        failed += usize::from(!record.is_certified());
-        count += 1;
+    let mut rows = Vec::new();
+    for PointGroup { place, members } in groups {
+        let (mut failed, mut count) = (0, 0);
+        for record in ended(evidence, members) {
+            failed += usize::from(!record.is_certified());
+            count += 1;
+        }
+        if count > 0 {
+            let scene = match place.values.is_empty() {
+                true => String::new(),
+                false => format!("{}: ", place.scene()),
+            };
+            rows.push(vec![Cell::Text(scene + &failure_words(failed, count))]);
+        }
     }
-    if count == 0 {
+    if rows.is_empty() {
         return Ok(None);
     }
+    let table = DataTable::new(vec![TableColumn::new("answer", "")], rows)?;
+    Ok(Some(AnswerTable { title: "failed".into(), table }))
+}
+
+/// Says how many of some points failed, and how many might.
+fn failure_words(failed: usize, count: usize) -> String {
     let ConfidenceInterval { low, high } = share(failed, count);
     let percent = |part: f64| format!("{} %", crate::rows::digits(100.0 * part, 1));
-    let words = match failed {
+    match failed {
         0 => format!(
             "no point of {count} failed; with 95 % confidence fewer than {} do",
             percent(high)
@@ -141,6 +182,5 @@ fn failures<'r>(
             percent(low),
             percent(high)
         ),
-    };
-    Ok(Some(sentence("failed", words)?))
+    }
 }

@@ -10,12 +10,7 @@ use study::columns::{Role, find};
 
 use crate::error::AnswerError;
 use crate::results::Results;
-
-/// The part of the largest value of its unit at a point below which a value is taken for noise.
-const NOISE: f64 = 1e-9;
-
-/// The units of numbers that have no scale in common.
-const DIMENSIONLESS: [&str; 3] = ["", "1", "%"];
+use crate::variation::{DIMENSIONLESS, NOISE};
 
 /// The column that tells apart points of a study that chooses meshes.
 const MESH: &str = "mesh";
@@ -29,8 +24,8 @@ pub struct Difference {
     pub open: usize,
     /// The number of pairs of values that were compared.
     pub compared: usize,
-    /// The part of the largest value of its unit at a point below which a value was taken for noise;
-    /// 0 if every digit counts.
+    /// The part of the largest value of its unit at a point below which a value was taken for
+    /// noise; 0 if every digit counts.
     pub noise: f64,
     /// A row for each column that was compared: at how many points it was, at how many it differs,
     /// and where by how much at most.
@@ -54,7 +49,7 @@ struct ComparedSide {
     compared: usize,
     /// The columns whose values say what is large at a point, whichever are compared.
     scaling: Vec<usize>,
-    /// Whether the point of each row has a result.
+    /// A row's point has a result where this is true.
     is_solved: Vec<bool>,
 }
 

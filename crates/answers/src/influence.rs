@@ -8,7 +8,7 @@ use study::kind::sensitivity::{SensitivityMethod, SobolEstimators};
 use study::{Column, Design, Study};
 
 use crate::comparison::AnswerTable;
-use crate::described::{ends, independence, number, sentence};
+use crate::described::{ends, floor, independence, number, sentence};
 use crate::error::AnswerError;
 use crate::evidence::Evidence;
 use crate::place::{PointGroup, StudyPlace, group_points};
@@ -30,8 +30,10 @@ pub(crate) fn tables(
     let mut tables = Vec::new();
     for column in columns {
         let (mut rows, mut said) = (Vec::new(), Vec::new());
+        let floor = floor(evidence, column);
         for group in &frame.groups {
-            let outputs = frame.outputs(evidence, column, group);
+            let mut outputs = frame.outputs(evidence, column, group);
+            outputs.floor = floor;
             let found = frame.influences(&outputs);
             said.push(frame.words(column, &group.place, &outputs, &found));
             rows.extend(frame.ranked(&group.place, found));
@@ -67,15 +69,18 @@ struct RowOutputs {
     failed: usize,
     /// The number of other rows that are not complete yet.
     left: usize,
+    /// The change below which the outputs are the same, in their unit.
+    floor: f64,
 }
 
 impl RowOutputs {
-    /// Returns whether the outputs differ by more than a relative noise.
+    /// Returns whether the outputs differ by more than a relative noise, and by more than the floor
+    /// of their unit.
     fn vary(&self, noise: f64) -> bool {
         let all = || self.whole.iter().flat_map(|(_, values)| values.iter().copied());
         let least = all().fold(f64::INFINITY, f64::min);
         let most = all().fold(f64::NEG_INFINITY, f64::max);
-        most - least > noise * least.abs().max(most.abs())
+        most - least > (noise * least.abs().max(most.abs())).max(self.floor)
     }
 }
 
@@ -109,7 +114,7 @@ impl<'a> DesignFrame<'a> {
             row[step % length] = Some(*point);
         }
         let absent = (self.design.count() as usize).saturating_sub(members.len());
-        let mut outputs = RowOutputs { whole: Vec::new(), failed: 0, left: absent };
+        let mut outputs = RowOutputs { whole: Vec::new(), failed: 0, left: absent, floor: 0.0 };
         for (row, points) in members {
             let value = |point: &Option<usize>| number(evidence, column, (*point)?);
             let has_ended = |point: &Option<usize>| {
@@ -220,7 +225,7 @@ impl<'a> DesignFrame<'a> {
         outputs: &RowOutputs,
         found: &[KeyInfluence],
     ) -> String {
-        let RowOutputs { whole, failed, left } = outputs;
+        let RowOutputs { whole, failed, left, .. } = outputs;
         let (count, name) = (self.design.count(), &column.name);
         let rows = match self.method {
             SensitivityMethod::Sobol(_) => "rows",
@@ -242,6 +247,7 @@ impl<'a> DesignFrame<'a> {
             let why = match whole.len() {
                 1 if is_sobol => "two rows are needed",
                 0 => "none is whole",
+                _ if outputs.vary(self.noise) => "it varies, and no estimate of that is finite",
                 _ => "it does not vary by more than the solver's tolerance",
             };
             return words + &format!("; nothing moves it that could be told: {why}");
@@ -286,6 +292,20 @@ mod tests {
     use crate::records::{RecordMap, Records, RecordsError};
     use crate::testing::SPHERE;
 
+    #[test]
+    fn what_is_noise_around_nothing_does_not_vary() {
+        let outputs = |values: &[f64], floor: f64| RowOutputs {
+            whole: values.iter().map(|value| (0, vec![*value])).collect(),
+            failed: 0,
+            left: 0,
+            floor,
+        };
+        assert!(outputs(&[1e-13, -3e-13], 0.0).vary(1e-6));
+        assert!(!outputs(&[1e-13, -3e-13], 1e-9).vary(1e-6));
+        assert!(outputs(&[1.0, 1.1], 1e-9).vary(1e-6));
+        assert!(!outputs(&[1.0, 1.0 + 1e-7], 1e-9).vary(1e-6));
+    }
+
     /// A source without results.
     struct EmptySource;
 
@@ -324,7 +344,8 @@ mod tests {
         let frame = DesignFrame::of(&evidence).unwrap().unwrap();
         let columns = part.columns();
         let load = study::columns::find(&columns, "load").unwrap();
-        let RowOutputs { whole, failed, left } = frame.outputs(&evidence, load, &frame.groups[0]);
+        let RowOutputs { whole, failed, left, .. } =
+            frame.outputs(&evidence, load, &frame.groups[0]);
         assert_eq!((whole.len(), failed, left), (0, 0, 1_000_000_000));
     }
 }

@@ -19,6 +19,12 @@ pub(crate) enum Variation {
     Unknown,
 }
 
+/// The part of the largest quantity of its unit below which a value is taken for noise around 0.
+pub(crate) const NOISE: f64 = 1e-9;
+
+/// The units of numbers that have no scale in common.
+pub(crate) const DIMENSIONLESS: [&str; 3] = ["", "1", "%"];
+
 /// The largest relative change that a loose tolerance makes of a constant.
 const MOST_NOISE: f64 = 0.02;
 

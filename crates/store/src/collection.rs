@@ -51,10 +51,10 @@ pub struct Collection {
     pub database_before: u64,
     /// The size of the database afterwards \[bytes\].
     pub database_after: u64,
-    /// Whether there was no room for a new database. The old one keeps its size, and later records
-    /// use the space of the removed ones.
+    /// There was no room for a new database if this is true. The old one keeps its size, and later
+    /// records use the space of the removed ones.
     pub is_in_place: bool,
-    /// Whether the old database could not be removed, which the next opening tries again.
+    /// The old database could not be removed if this is true. The next opening tries again.
     pub is_old_left: bool,
 }
 
@@ -84,9 +84,10 @@ pub enum CollectError {
 
 impl Store {
     /// Removes records and blobs, and the leftovers of killed writers. The database is written anew
-    /// if records are removed and there is room for it, so that it shrinks. A kill at any moment leaves everything that is
-    /// not garbage. Definitions of studies stay in any case. Like [`compact`](Store::compact) it
-    /// may be called only while nobody writes blobs whose digests are yet to appear in a record.
+    /// if records are removed and there is room for it, so that it shrinks. A kill at any moment
+    /// leaves everything that is not garbage. Definitions of studies stay in any case. Like
+    /// [`compact`](Store::compact) it may be called only while nobody writes blobs whose digests
+    /// are yet to appear in a record.
     ///
     /// # Errors
     /// [`CollectError`]. Some of the garbage may then be gone.

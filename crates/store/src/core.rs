@@ -295,9 +295,9 @@ pub(crate) fn require_promised(
     })
 }
 
-/// Clears away what a killed salvage or collection has left. One that was killed at its last step is
-/// finished: the new database takes the place from which the old one was put aside. What cannot be
-/// removed stays until the next opening, for it is in nobody's way.
+/// Clears away what a killed salvage or collection has left. One that was killed at its last step
+/// is finished: the new database takes the place from which the old one was put aside. What cannot
+/// be removed stays until the next opening, for it is in nobody's way.
 fn finish_salvage(directory: &Path) -> io::Result<()> {
     let (records, salvaged) = (directory.join(RECORDS), directory.join(SALVAGED));
     if durable::is_real_directory(&salvaged) {

@@ -18,6 +18,10 @@
 //! "foundation.base.shear_modulus" = ["80 GPa", "8 GPa"]
 //! ```
 //!
+//! Several blocks `[[sweep]]` in the place of `[sweep]` have their points joined: those of the axes
+//! of the first, then those of the second, and so on. A key that a block does not vary has the
+//! scene's value there, and a point of two blocks counts once.
+//!
 //! A table that is a value of an axis replaces the table of the file as a whole. An axis over a
 //! list (`foundation.layers`, `loading.steps`) has lists as values, `[[], [{ … }], [{ … }, { …
 //! }]]`, or tables that give them a name, `{ label = "coated", layers = [{ … }] }`. An axis over

@@ -130,9 +130,23 @@ pub fn with_settings(
         let sweep = |document: &DocumentMut| document.get("sweep").map(ToString::to_string);
         let swept = sweep(&document);
         for table in ["sweep", "derive"] {
-            if let Some(table) = document.get_mut(table).and_then(Item::as_table_like_mut) {
-                remove_axis(table, key);
-                key.alternative().into_iter().for_each(|other| remove_axis(table, other));
+            let Some(item) = document.get_mut(table) else { continue };
+            let keys = || std::iter::once(key).chain(key.alternative());
+            match item {
+                Item::ArrayOfTables(blocks) => {
+                    for block in blocks.iter_mut() {
+                        keys().for_each(|key| remove_axis(block, key));
+                    }
+                    // Blocks without axes are the scene, several times over.
+                    if blocks.iter().all(TomlTable::is_empty) {
+                        document.remove(table);
+                    }
+                }
+                item => {
+                    if let Some(table) = item.as_table_like_mut() {
+                        keys().for_each(|key| remove_axis(table, key));
+                    }
+                }
             }
         }
         let is_set = axes.iter().any(|axis| *axis == key || key.alternative() == Some(*axis));

@@ -24,6 +24,7 @@ use crate::sheet::{Given, TablePlaces};
 use crate::study::{Study, of_sample};
 use crate::study_files::{ReadFile, StudyFiles};
 use crate::suggestion::{nearest, standing_elsewhere};
+use crate::sweep::JoinedBlocks;
 use crate::units::Dimension;
 use crate::{accuracy, sample, sweep};
 
@@ -241,14 +242,23 @@ fn parse(
         let is_result = |name: &str| columns::find(&results, name).is_some();
         points_file::read_points(node, &mut read_files, files, &is_result, &mut mistakes)
     });
-    let (of_file, remarks) = match points {
+    let (of_file, mut remarks) = match points {
         Some(FilePoints { group, remarks }) => (Some(group), remarks),
         None => (None, Vec::new()),
     };
     let mut column = |name: &str, column: &str, dimension: Dimension| {
         read_files.read_column(name, column, dimension, files)
     };
-    let mut groups = read_groups(text, &root, of_file, shards, &mut column, &mut mistakes);
+    let JoinedBlocks { group: of_blocks, remarks: of_joining } =
+        match root.get("sweep").map(|node| node.get_ref()) {
+            Some(DeValue::Array(blocks)) => {
+                sweep::read_blocks(text, blocks.iter(), &base, &mut mistakes).unwrap_or_default()
+            }
+            _ => JoinedBlocks::default(),
+        };
+    remarks.extend(of_joining);
+    let listed: Vec<Group> = of_file.into_iter().chain(of_blocks).collect();
+    let mut groups = read_groups(text, &root, listed, shards, &mut column, &mut mistakes);
     let accuracy = root
         .get("accuracy")
         .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut mistakes));
@@ -348,19 +358,21 @@ fn parse(
 const TRIED_POINTS: usize = 1000;
 
 /// Reads `[sweep]` and `[sample]`, whose points are the fastest group, and brings the groups into
-/// the order of the file, with that of a file of points among them.
+/// the order of the file, with those of a file of points and of `[[sweep]]`, which are `listed`,
+/// among them.
 fn read_groups(
     text: &str,
     root: &DeTable<'_>,
-    of_file: Option<Group>,
+    listed: Vec<Group>,
     shards: bool,
     column: &mut ReadColumn<'_>,
     mistakes: &mut Vec<Mistake>,
 ) -> Vec<Group> {
     let before = mistakes.len();
-    let sweep = root.get("sweep").map(|node| sweep::read_sweep(text, node, mistakes));
+    let table = root.get("sweep").filter(|node| !matches!(node.get_ref(), DeValue::Array(_)));
+    let sweep = table.map(|node| sweep::read_sweep(text, node, mistakes));
     let sample = root.get("sample").and_then(|node| sample::read_sample(node, column, mistakes));
-    let mut groups: Vec<Group> = sweep.into_iter().flatten().chain(of_file).collect();
+    let mut groups: Vec<Group> = sweep.into_iter().flatten().chain(listed).collect();
     // Keys that are written with dots arrive gathered by their tables, but their places count.
     groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
     groups.extend(sample);

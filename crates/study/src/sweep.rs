@@ -11,9 +11,11 @@ use crate::sheet::{Given, Setting};
 use crate::suggestion::nearest_path;
 use crate::value::Value;
 
+mod blocks;
 mod fit;
 mod range;
 
+pub(crate) use blocks::{JoinedBlocks, read_blocks};
 pub(crate) use fit::{
     refuse_absent, refuse_alternatives, refuse_overlaps, refuse_repeats, too_many_entries,
 };

@@ -186,6 +186,31 @@ fn a_sample_is_described_and_its_failures_are_counted() {
     assert!(place.json("answer pulled --json")["answers"].as_object().unwrap().len() >= 3);
 }
 
+#[test]
+fn failures_are_counted_at_each_combination_of_the_axes() {
+    let text = PULLED
+        .replace("[sample]\n", "[sweep]\n\"foundation.base.poisson\" = [0.2, 0.3]\n[sample]\n")
+        .replace(", poisson = 0.3", "")
+        .replace("count = 40", "count = 12");
+    let place = Place::with("pulled.toml", text);
+    assert_eq!(place.call("run pulled.toml --workers 2").code, 2);
+    let answer = place.json("answer pulled --column stick_fraction --json");
+    let failed = rows(&answer, "failed");
+    let described = rows(&answer, "statistics of stick_fraction");
+    assert_eq!(failed.len(), 2, "{answer}");
+    for (said, poisson) in failed.iter().zip([0.2, 0.3]) {
+        let said = said["answer"].as_str().unwrap();
+        assert!(said.starts_with(&format!("the scene with poisson = {poisson}: ")), "{said}");
+        let row = described.iter().find(|row| row["poisson"] == poisson).unwrap();
+        assert_eq!(number(row, "points") + number(row, "missing"), 12.0);
+        let missing = number(row, "missing");
+        assert!(
+            missing > 0.0 && said.contains(&format!(": {missing} of 12 points failed")),
+            "{said}"
+        );
+    }
+}
+
 /// A row with a point that failed says nothing, and is counted.
 #[test]
 fn rows_with_a_point_that_failed_are_left_out() {

@@ -3,6 +3,7 @@
 use study::{Column, Record, StudyPoint};
 
 use crate::records::RecordMap;
+use crate::variation::NOISE;
 
 /// The value of a column at a point, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,11 +25,37 @@ impl ColumnValue {
         value.filter(|value| value.is_finite()).map_or(ColumnValue::Void, ColumnValue::Value)
     }
 
+    /// Returns 0 for a value that is noise beside the other `quantities` of its unit at its point:
+    /// a force that is 0 is some 10⁻¹³ N. What is noise follows from the point's result alone.
+    pub(super) fn above_noise(self, quantities: impl Iterator<Item = f64>) -> Self {
+        let largest = quantities.map(f64::abs).filter(|size| size.is_finite()).fold(0.0, f64::max);
+        match self {
+            ColumnValue::Value(value) if value.abs() <= NOISE * largest => ColumnValue::Value(0.0),
+            value => value,
+        }
+    }
+
     /// Returns the value, if there is one.
     pub(super) fn value(self) -> Option<f64> {
         match self {
             ColumnValue::Value(value) => Some(value),
             ColumnValue::Pending | ColumnValue::Void => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_beside_other_quantities_is_nothing() {
+        let beside = |value: f64, others: &[f64]| {
+            ColumnValue::Value(value).above_noise(others.iter().copied()).value()
+        };
+        assert_eq!(beside(-3e-13, &[20.0, -3e-13]), Some(0.0));
+        assert_eq!(beside(1e-6, &[20.0, f64::INFINITY, f64::NAN]), Some(1e-6));
+        assert_eq!(beside(1e-13, &[]), Some(1e-13));
+        assert_eq!(ColumnValue::Void.above_noise([1.0].into_iter()), ColumnValue::Void);
     }
 }

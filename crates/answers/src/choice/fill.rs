@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use study::columns::find;
+use study::columns::{Role, find};
 use study::{Column, Filling, Study, StudyPoint};
 
 use super::column_value::ColumnValue;
@@ -12,7 +12,7 @@ use super::line::AxisLines;
 use crate::error::AnswerError;
 use crate::place::StudyPlace;
 use crate::records::RecordMap;
-use crate::variation::noise;
+use crate::variation::{DIMENSIONLESS, noise};
 
 /// The rule of a study with `[fill]`.
 pub(super) struct Filler<'a> {
@@ -20,6 +20,8 @@ pub(super) struct Filler<'a> {
     records: &'a RecordMap,
     filling: &'a Filling,
     column: Column,
+    /// The quantities beside which a value of the column may be noise.
+    beside: Vec<Column>,
     /// The lines along each axis.
     lines: Vec<AxisLines<'a>>,
 }
@@ -30,12 +32,19 @@ impl<'a> Filler<'a> {
         records: &'a RecordMap,
         filling: &'a Filling,
     ) -> Result<Self, AnswerError> {
-        let column = find(&study.columns(), &filling.column)
+        let columns = study.columns();
+        let column = find(&columns, &filling.column)
             .cloned()
             .ok_or(AnswerError::Inconsistent("the column of [fill] is gone"))?;
+        let is_beside = |other: &Column| {
+            other.role == Role::Observable
+                && other.unit() == column.unit()
+                && !DIMENSIONLESS.contains(&other.unit())
+        };
+        let beside = columns.iter().filter(|other| is_beside(other)).cloned().collect();
         let axes = filling.axes.iter();
         let lines = axes.map(|axis| AxisLines::of(study, *axis)).collect::<Result<_, _>>()?;
-        Ok(Self { study, records, filling, column, lines })
+        Ok(Self { study, records, filling, column, beside, lines })
     }
 
     /// Returns the points of every curve or map as far as the records determine them.
@@ -66,7 +75,9 @@ impl<'a> Filler<'a> {
             let point = self
                 .point(first, place)
                 .ok_or(AnswerError::Inconsistent("a value between two of the study is no job"))?;
-            let value = ColumnValue::of(&self.column, &point, self.records);
+            let read = |column: &Column| ColumnValue::of(column, &point, self.records);
+            let value = read(&self.column)
+                .above_noise(self.beside.iter().filter_map(|other| read(other).value()));
             points.insert(place, point);
             Ok::<_, AnswerError>(value)
         })?;

@@ -449,6 +449,85 @@ fn parts_of_a_large_study_leave_out_their_own_points() {
     assert_eq!(part.excluded(), 2);
 }
 
+/// A ladder of meshes at one friction, and a range of frictions on one mesh.
+const BLOCKS: &str = r#"
+[[sweep]]
+mesh = [8, 16, 32]
+[[sweep]]
+"friction.mu" = [0.1, 0.3]
+"punch.radius" = ["5 mm", "10 mm"]
+"#;
+
+fn of_blocks(blocks: &str) -> Result<Study, StudyError> {
+    let scene = &GOOD[..GOOD.find("[sweep]").unwrap()];
+    read(&format!("{scene}{blocks}"))
+}
+
+/// A key that a block does not vary has the scene's value; a point of two blocks counts once.
+#[test]
+fn blocks_of_axes_are_joined() {
+    let study = of_blocks(BLOCKS).unwrap_or_else(|error| panic!("{error}"));
+    let columns: Vec<String> = study.axes().map(|axis| axis.column().into_owned()).collect();
+    assert_eq!(columns, ["mesh", "mu", "radius"]);
+    let rows: Vec<Vec<String>> = study
+        .points()
+        .iter()
+        .map(|point| point.values.iter().map(ToString::to_string).collect())
+        .collect();
+    let expected = [
+        ["8", "0.3", "0.01"],
+        ["16", "0.3", "0.01"],
+        ["32", "0.3", "0.01"],
+        ["16", "0.1", "0.005"],
+        ["16", "0.1", "0.01"],
+        ["16", "0.3", "0.005"],
+    ];
+    assert_eq!(rows, expected.map(|row| row.map(str::to_owned).to_vec()));
+    assert_eq!(study.remarks().len(), 1, "{:?}", study.remarks());
+}
+
+#[test]
+fn blocks_without_meaning_are_refused_at_their_place() {
+    let mut said = String::new();
+    for (name, blocks) in [
+        ("two in one block", "[[sweep]]\nmesh = [8]\nnumerics.mesh = [16]\n"),
+        (
+            "overlapping",
+            "[[sweep]]\npunch.radius = [1]\n[[sweep]]\npunch = [{ shape = \"cone\", angle = 1 }]\n",
+        ),
+        ("unknown", "[[sweep]]\nmesh = [8]\n[[sweep]]\nmash = [8]\n"),
+        (
+            "too many points",
+            "[[sweep]]\nfriction.mu = { from = 0, to = 1, count = 150000 }\n\
+             [[sweep]]\nfriction.mu = { from = 2, to = 3, count = 150000 }\n",
+        ),
+        (
+            "halving",
+            "[bisect]\naxis = \"mu\"\non = \"stick_area > 0\"\nto = \"1%\"\n\
+             [[sweep]]\nfriction.mu = [0.1, 0.3]\n[[sweep]]\nmesh = [8, 16]\n",
+        ),
+    ] {
+        match of_blocks(blocks) {
+            Ok(_) => panic!("{name}: was not refused"),
+            Err(error) => said += &format!("## {name}\n{error}\n\n"),
+        }
+    }
+    insta::assert_snapshot!(said);
+}
+
+#[test]
+fn a_setting_leaves_every_block() {
+    let scene = &GOOD[..GOOD.find("[sweep]").unwrap()];
+    let text = format!("{scene}{BLOCKS}");
+    let set = |settings: &[&str]| {
+        let settings: Vec<String> = settings.iter().map(|&set| set.to_owned()).collect();
+        study::edit::with_settings(&text, "study.toml", &settings, &mut no_files).unwrap()
+    };
+    assert_eq!(read(&set(&["mesh=8"])).unwrap().axes().count(), 2);
+    let single = set(&["mesh=8", "friction.mu=0.2", "punch.radius=5 mm"]);
+    assert!(!single.contains("sweep") && read(&single).unwrap().len() == 1, "{single}");
+}
+
 /// The conditions of a large study are judged by whoever goes through its points.
 #[test]
 fn conditions_of_a_large_study_are_remarked_by_their_counts() {

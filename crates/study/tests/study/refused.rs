@@ -544,7 +544,7 @@ const CASES: &[(&str, &str, &str)] = &[
     ),
     ("axis twice", "\"friction.mu\" = [0.1, 0.2]", "mesh = [16, 32]\n\"numerics.mesh\" = [8, 9]"),
     ("axis inside an axis", "[0.1, 0.2]", "[0.1, 0.2]\nfriction = [{ mu = 0.1, label = \"low\" }]"),
-    ("sweep is a list", "[sweep]\n\"friction.mu\" = [0.1, 0.2]", "[[sweep]]\nmesh = [1, 2]"),
+    ("sweep is a list", "[sweep]\n\"friction.mu\" = [0.1, 0.2]", "[[sweep]]\nmesh = 1"),
     ("range without count", "[0.1, 0.2]", "{ from = 0.1, to = 0.2 }"),
     ("range of 0", "[0.1, 0.2]", "{ from = 0.1, to = 0.2, count = 0 }"),
     ("range of 1", "[0.1, 0.2]", "{ from = 0.1, to = 0.2, count = 1 }"),
