@@ -39,8 +39,8 @@ pub trait Ledger {
     /// The results cannot be kept. The error ends the run.
     fn commit(&mut self, results: Vec<Done>) -> Result<(), Box<dyn Error + Send + Sync>>;
 
-    /// Returns true if the results so far are reason enough to begin no further job. Those in flight
-    /// are waited for and kept. It is asked after every commit.
+    /// Returns true if the results so far are reason enough to begin no further job. Those in
+    /// flight are waited for and kept. It is asked after every commit.
     fn is_enough(&self) -> bool {
         false
     }

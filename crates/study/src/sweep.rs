@@ -15,7 +15,8 @@ mod blocks;
 mod fit;
 mod range;
 
-pub(crate) use blocks::{JoinedBlocks, read_blocks};
+pub(crate) use blocks::JoinedBlocks;
+use blocks::{AxisBlock, join};
 pub(crate) use fit::{
     refuse_absent, refuse_alternatives, refuse_overlaps, refuse_repeats, too_many_entries,
 };
@@ -47,6 +48,24 @@ pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake
         }
     }
     groups
+}
+
+/// Reads the blocks of `[[sweep]]` and joins their points. `base` is what the scene gives.
+pub(crate) fn read_blocks<'i>(
+    text: &str,
+    blocks: impl IntoIterator<Item = &'i Node<'i>>,
+    base: &[(Key, Given)],
+    mistakes: &mut Vec<Mistake>,
+) -> Option<JoinedBlocks> {
+    let before = mistakes.len();
+    let mut read = Vec::new();
+    for block in blocks {
+        let mut groups = read_sweep(text, block, mistakes);
+        groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
+        refuse_overlaps(&groups, mistakes);
+        read.push(AxisBlock { groups, span: block.span() });
+    }
+    if mistakes.len() > before { None } else { join(&read, base, mistakes) }
 }
 
 /// Returns the mistake of groups that make more points than a study may have. One that is run in

@@ -1,12 +1,10 @@
-//! Reads `[[sweep]]`: blocks of axes whose points are joined.
+//! The blocks of `[[sweep]]`, whose points are joined.
 
 use std::collections::HashSet;
 
-use super::{read_sweep, refuse_overlaps};
 use crate::axis::{Choice, Group, MAX_ENTRIES, MAX_POINTS, SweepAxis, Target, count, steps};
-use crate::error::Mistake;
+use crate::error::{Mistake, Span};
 use crate::key::Key;
-use crate::read::Node;
 use crate::sheet::Given;
 use crate::value::Value;
 
@@ -20,36 +18,30 @@ pub(crate) struct JoinedBlocks {
     pub(crate) remarks: Vec<String>,
 }
 
+/// A block: its axes, and its place in the file.
+pub(super) struct AxisBlock {
+    pub(super) groups: Vec<Group>,
+    pub(super) span: Span,
+}
+
 /// Joins the points of some blocks. A key that a block does not vary has the scene's value there,
 /// which `base` gives.
-pub(crate) fn read_blocks<'i>(
-    text: &str,
-    blocks: impl IntoIterator<Item = &'i Node<'i>>,
+pub(super) fn join(
+    blocks: &[AxisBlock],
     base: &[(Key, Given)],
     mistakes: &mut Vec<Mistake>,
 ) -> Option<JoinedBlocks> {
-    let before = mistakes.len();
-    let mut read: Vec<Vec<Group>> = Vec::new();
     let mut points = 0_usize;
     for block in blocks {
-        let mut groups = read_sweep(text, block, mistakes);
-        groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
-        refuse_overlaps(&groups, mistakes);
-        points = points.saturating_add(count(&groups).unwrap_or(usize::MAX));
-        if mistakes.len() == before && points > MAX_POINTS {
+        points = points.saturating_add(count(&block.groups).unwrap_or(usize::MAX));
+        if points > MAX_POINTS {
             let message = format!("the blocks of [[sweep]] make more than {MAX_POINTS} points");
-            mistakes.push(Mistake::new(
-                block.span(),
-                message,
-                "needs fewer values, here or before",
-            ));
-        }
-        if mistakes.len() > before {
+            let expected = "needs fewer values, here or before";
+            mistakes.push(Mistake::new(block.span.clone(), message, expected));
             return None;
         }
-        read.push(groups);
     }
-    let axes = joined_axes(&read, mistakes)?;
+    let axes = joined_axes(blocks, mistakes)?;
     if axes.len().saturating_mul(points) > MAX_ENTRIES {
         let message = format!(
             "{points} points of {} axes in the blocks of [[sweep]] have more than {MAX_ENTRIES} \
@@ -60,14 +52,14 @@ pub(crate) fn read_blocks<'i>(
         mistakes.push(Mistake::new(span, message, "needs fewer points, or fewer axes"));
         return None;
     }
-    Some(joined(axes, &read, base))
+    Some(joined(axes, blocks, base))
 }
 
 /// Returns the axes of all blocks without their values, each once. Axes of two blocks that set the
 /// same keys must be the same.
-fn joined_axes(blocks: &[Vec<Group>], mistakes: &mut Vec<Mistake>) -> Option<Vec<SweepAxis>> {
+fn joined_axes(blocks: &[AxisBlock], mistakes: &mut Vec<Mistake>) -> Option<Vec<SweepAxis>> {
     let mut joined: Vec<SweepAxis> = Vec::new();
-    for axis in blocks.iter().flatten().flat_map(|group| &group.axes) {
+    for axis in blocks.iter().flat_map(|block| &block.groups).flat_map(|group| &group.axes) {
         match joined.iter_mut().find(|other| other.target.overlaps(axis.target)) {
             None => joined.push(SweepAxis { choices: Vec::new(), ..axis.clone() }),
             Some(other) if other.target == axis.target => other.log &= axis.log,
@@ -87,11 +79,11 @@ fn joined_axes(blocks: &[Vec<Group>], mistakes: &mut Vec<Mistake>) -> Option<Vec
 }
 
 /// Gives the axes the values of every point of the blocks.
-fn joined(mut axes: Vec<SweepAxis>, blocks: &[Vec<Group>], base: &[(Key, Given)]) -> JoinedBlocks {
+fn joined(mut axes: Vec<SweepAxis>, blocks: &[AxisBlock], base: &[(Key, Given)]) -> JoinedBlocks {
     let of_scene: Vec<Choice> = axes.iter().map(|axis| scene_choice(axis, base)).collect();
     let mut seen: HashSet<Vec<String>> = HashSet::new();
     let (mut length, mut repeated) = (0, 0);
-    for groups in blocks {
+    for AxisBlock { groups, .. } in blocks {
         let varied: Vec<&SweepAxis> = groups.iter().flat_map(|group| &group.axes).collect();
         let place = |axis: &SweepAxis| varied.iter().position(|other| other.target == axis.target);
         let places: Vec<Option<usize>> = axes.iter().map(place).collect();
