@@ -63,6 +63,22 @@ fn examples_in_the_help_exist() {
     }
 }
 
+/// Every study of the repository can be planned, but for the one of what is refused.
+#[test]
+fn every_sweep_can_be_planned() {
+    let place = Place::empty();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps");
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let sweeps: Vec<_> =
+        files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+    assert!(sweeps.len() > 30);
+    for sweep in sweeps {
+        let said = place.words(&["plan", sweep.to_str().unwrap()]);
+        let is_refused = sweep.ends_with("hard-cases-refused.toml");
+        assert_eq!(said.code, i32::from(is_refused), "{}\n{}", sweep.display(), said.err);
+    }
+}
+
 #[test]
 fn mistakes_on_the_command_line_end_with_1() {
     let place = Place::empty();
