@@ -65,7 +65,7 @@ struct ComparedColumn<'a> {
 impl Difference {
     /// Compares `columns` of two studies; where none is named, the quantities of the solutions, and
     /// how jobs ended. Numbers differ if they do by more than a part `tolerance` of the larger one.
-    /// Those below [`NOISE`] of the largest quantity of their unit at their point are none, unless
+    /// Those below 1e-9 of the largest quantity of their unit at their point are none, unless
     /// the tolerance is 0 or they have no unit.
     ///
     /// # Errors
