@@ -16,8 +16,8 @@
 //! 102, 134 and 227 steps, this 99, 118 and 198, bisection 133, 190 and 380; `1/x` to 1e-6 takes 7
 //! steps in place of 21.
 //!
-//! What is evaluated next follows from the values so far, so the search is the same whoever
-//! computes them and however often it is begun again.
+//! The next abscissa follows from the values so far, so the search is the same whoever computes
+//! them and however often it is begun again.
 
 use super::column_value::ColumnValue;
 

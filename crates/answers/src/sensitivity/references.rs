@@ -1,5 +1,5 @@
-//! What SALib makes of small designs: `references.csv`, which `scripts/sensitivity_references.py`
-//! writes.
+//! The numbers that SALib makes of small designs: `references.csv`, which
+//! `scripts/sensitivity_references.py` writes.
 
 use std::collections::BTreeMap;
 

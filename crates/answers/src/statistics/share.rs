@@ -9,7 +9,7 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 /// at least one (1927, doi:10.1080/01621459.1927.10502953; recommended by Brown, Cai and DasGupta
 /// 2001, doi:10.1214/ss/1009213286).
 ///
-/// Where none failed, the upper end says how many might.
+/// The upper end says how many might fail where none did.
 pub(crate) fn share(failed: usize, trials: usize) -> ConfidenceInterval {
     let (failed, n) = (failed as f64, trials as f64);
     let square = NORMAL * NORMAL;

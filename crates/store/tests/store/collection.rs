@@ -1,4 +1,5 @@
-//! What nothing refers to is removed, and the database shrinks; kills leave the rest as it was.
+//! A collection removes what nothing refers to, and the database shrinks; kills leave the rest as
+//! it was.
 
 use std::collections::BTreeSet;
 use std::fs;
