@@ -7,8 +7,9 @@
 //! ```
 //!
 //! The module [`formula`](crate::formula) tells what a formula may say. A key is given in one place
-//! only: by the scene, by an axis or by a formula. Formulas may use each other, in any order, without
-//! going in circles. A key of a layer or a step that a point does not have is not derived there.
+//! only: by the scene, by an axis or by a formula. Formulas may use each other, in any order,
+//! without going in circles. A key of a layer or a step that a point does not have is not derived
+//! there.
 
 use std::borrow::Cow;
 
