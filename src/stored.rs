@@ -296,6 +296,23 @@ pub(crate) fn study_labels(directory: &Path, name: &str) -> Result<StudyLabels> 
     Ok(reader.labels()?.remove(name).unwrap_or_default())
 }
 
+/// Changes the labels of a study in a store, and returns them.
+pub(crate) fn change_labels(
+    directory: &Path,
+    name: &str,
+    change: impl FnOnce(&mut StudyLabels) -> Result<()>,
+) -> Result<StudyLabels> {
+    let store = Store::open_existing(directory)?;
+    let names = store.study_names();
+    if !names.iter().any(|known| known == name) {
+        return Err(no_such_study(name, &names));
+    }
+    let mut labels = store.labels(name);
+    change(&mut labels)?;
+    store.set_labels(name, labels.clone())?;
+    Ok(labels)
+}
+
 /// Returns the error about a study that a store does not have, with the one that is spelled like it
 /// or else with all that it has.
 pub(crate) fn no_such_study(name: &str, names: &[String]) -> anyhow::Error {

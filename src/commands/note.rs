@@ -1,11 +1,10 @@
 //! `note`: a remark that is put to a study.
 
 use anyhow::Result;
-use store::Store;
 
 use crate::cli::NoteArgs;
 use crate::output::{self, Finish};
-use crate::stored::{no_such_study, study_labels};
+use crate::stored::{change_labels, study_labels};
 
 /// Puts a remark to a study or takes it away, and prints the one that it has.
 pub(crate) fn note(args: &NoteArgs) -> Result<Finish> {
@@ -13,15 +12,10 @@ pub(crate) fn note(args: &NoteArgs) -> Result<Finish> {
     let labels = if text.is_none() && !remove {
         study_labels(&args.store.store, name)?
     } else {
-        let store = Store::open_existing(&args.store.store)?;
-        let names = store.study_names();
-        if !names.contains(name) {
-            return Err(no_such_study(name, &names));
-        }
-        let mut labels = store.labels(name);
-        labels.note.clone_from(text);
-        store.set_labels(name, labels.clone())?;
-        labels
+        change_labels(&args.store.store, name, |labels| {
+            labels.note.clone_from(text);
+            Ok(())
+        })?
     };
     if args.json {
         return output::print_json(&serde_json::json!({ "study": name, "note": labels.note }));

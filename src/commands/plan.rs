@@ -118,11 +118,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     if args.json {
         return output::print_json(&plan);
     }
-    let mut text = plan.counts();
-    if plan.to_run > 0 {
-        text += &plan.predictions();
-        text += &meshes(&tally);
-    }
+    let mut text = plan.beginning(&tally);
     if let Some(table) = found {
         text += &plan.following(&jobs);
         text += &format!("\nfound so far\n{}", table.terminal(&layout()));
@@ -155,11 +151,7 @@ fn plan_streamed(args: &PlanArgs, study: &Study) -> Result<Finish> {
     if args.json {
         return output::print_json(&plan);
     }
-    let mut text = plan.counts();
-    if plan.to_run > 0 {
-        text += &plan.predictions();
-        text += &meshes(&tally);
-    }
+    let mut text = plan.beginning(&tally);
     if study.adaptive().is_some() {
         text += "more follow, as the results demand\n";
     }
@@ -331,6 +323,14 @@ impl<'a> Plan<'a> {
             files,
             note: study.sample_note(),
             chosen: None,
+        }
+    }
+
+    /// Returns the counts, and what the jobs that are left will take.
+    fn beginning(&self, tally: &PlanTally) -> String {
+        match self.to_run {
+            0 => self.counts(),
+            _ => self.counts() + &self.predictions() + &meshes(tally),
         }
     }
 

@@ -251,15 +251,7 @@ impl Place {
 
     /// Returns every record of an export with its key, whole; none if there is no export yet.
     pub(crate) fn records(&self, export: &str) -> BTreeMap<String, Vec<u8>> {
-        match Store::read(&self.path(export)) {
-            Ok(reader) => reader
-                .records()
-                .unwrap()
-                .map(|(key, bytes)| (key.to_string(), bytes.unwrap()))
-                .collect(),
-            Err(OpenError::Missing { .. }) => BTreeMap::new(),
-            Err(error) => panic!("{export} cannot be read: {error}"),
-        }
+        records_in(&self.path(export))
     }
 
     /// Returns what the jobs of a submission have said.
@@ -272,6 +264,19 @@ impl Place {
         let read =
             |path: &PathBuf| format!("{}\n{}", path.display(), fs::read_to_string(path).unwrap());
         paths.iter().map(read).collect()
+    }
+}
+
+/// Returns every record of a store or an export with its key, whole; none if there is none yet.
+pub(crate) fn records_in(path: &Path) -> BTreeMap<String, Vec<u8>> {
+    match Store::read(path) {
+        Ok(reader) => reader
+            .records()
+            .unwrap()
+            .map(|(key, bytes)| (key.to_string(), bytes.unwrap()))
+            .collect(),
+        Err(OpenError::Missing { .. }) => BTreeMap::new(),
+        Err(error) => panic!("{} cannot be read: {error}", path.display()),
     }
 }
 

@@ -10,11 +10,10 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 use serde_json::Value;
-use store::{OpenError, Store};
 use study::{Record, Standing};
 
 use super::{JOBS, NAME, STUDY};
-use crate::place::PROGRAM;
+use crate::place::{PROGRAM, records_in};
 
 /// A variable in the environment of every process that these tests start, and so of its
 /// descendants.
@@ -84,15 +83,7 @@ impl MarkedPlace {
 
     /// Returns every record with its key, whole; none if there is no store yet.
     pub(super) fn records(&self) -> BTreeMap<String, Vec<u8>> {
-        match Store::read(&self.store()) {
-            Ok(reader) => reader
-                .records()
-                .unwrap()
-                .map(|(key, bytes)| (key.to_string(), bytes.unwrap()))
-                .collect(),
-            Err(OpenError::Missing { .. }) => BTreeMap::new(),
-            Err(error) => panic!("the store cannot be read: {error}"),
-        }
+        records_in(&self.store())
     }
 
     pub(super) fn results(&self, study: &str) -> Results {
