@@ -15,6 +15,8 @@
 //! - `symbols`: the transform of a coefficient on a torus;
 //! - `convolution`: the product with symbols in a torus's Fourier space;
 //! - `toeplitz`: the operator by FFT ([`Toeplitz`]), for all other grids;
+//! - `matrix_symbols`: the transform of a coefficient that has no symmetry along x;
+//! - `rolling`: the operator of a contact that rolls steadily ([`Rolling`]), by FFT;
 //! - `circulant`: the preconditioner of the Krylov iterations ([`Circulant`]);
 //! - `window`: the part of a grid around a contact;
 //! - `laws`: the laws that every operator obeys, as tests.
@@ -25,8 +27,10 @@ mod convolution;
 mod dense;
 #[cfg(test)]
 mod laws;
+mod matrix_symbols;
 mod mirror;
 mod operator;
+mod rolling;
 mod symbols;
 mod table;
 mod toeplitz;
@@ -41,6 +45,7 @@ pub(crate) use mirror::MirrorError;
 pub use mirror::{Mirror, Symmetry};
 pub(crate) use mirror::{images, weighted_images};
 pub use operator::{Influence, Scratch, ScratchSize};
+pub(crate) use rolling::{Rolling, RollingTables};
 pub use table::{Diagonals, InfluenceTable};
 pub use toeplitz::Toeplitz;
 pub(crate) use window::Window;

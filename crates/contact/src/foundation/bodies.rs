@@ -115,7 +115,7 @@ impl Kernels {
     /// smaller than those, the coupling is no better than they are in absolute terms.
     pub(crate) fn influence(
         &self,
-        offset: [i64; 2],
+        offset: [f64; 2],
         hx: f64,
         hy: f64,
         projection: Projection,

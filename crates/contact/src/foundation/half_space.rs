@@ -68,7 +68,7 @@ impl HalfSpace {
     /// Its accuracy is that of `kernel::element`.
     pub fn influence(
         &self,
-        offset: [i64; 2],
+        offset: [f64; 2],
         hx: f64,
         hy: f64,
         projection: Projection,
@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn pressure_pushes_down_and_surface_points_inwards() {
         let block = HalfSpace::new(&material(1.0, 0.25), None)
-            .influence([2, 1], 1.0, 1.0, Projection::Average)
+            .influence([2.0, 1.0], 1.0, 1.0, Projection::Average)
             .block();
         assert!(block[0][0] > 0.0);
         // Pressure at the origin draws a point at x, y > 0 towards it; reciprocity gives the

@@ -70,44 +70,40 @@ impl Kernel for Geometric {
 
 /// Returns the integrals of the half-space's kernels for the receiver `offset` (Δi, Δj) elements of
 /// size hx × hy away from the source, receiver minus source: the mean over the receiving element,
-/// or the value at its centre. Their unit is length.
+/// or the value at its centre. Their unit is length. The offset need not be whole: what rolls comes
+/// from a place between elements.
 ///
 /// Each is good to 1e-12 of itself (∫ x²/r³ and ∫ y²/r³, which only ever stand beside ∫ 1/r, to
 /// 1e-12 of that) up to 4096 elements away in either direction for 1e-3 ≤ hx/hy ≤ 1e3; measured:
 /// 1e-13. They are exactly zero where symmetry says so, and exactly (anti)symmetric in Δi, in Δj,
 /// and under an exchange of x and y.
-pub(crate) fn element(offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
+pub(crate) fn element(offset: [f64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
     element_of(Geometric, offset, hx, hy, projection)
 }
 
 /// Returns the integrals that [`element`] describes, for any kernel.
 pub(super) fn element_of<K: Kernel>(
     kernel: K,
-    offset: [i64; 2],
+    offset: [f64; 2],
     hx: f64,
     hy: f64,
     projection: Projection,
 ) -> Coefficient {
-    let [di, dj] = offset;
-    let (i, j) = (di.unsigned_abs(), dj.unsigned_abs());
+    let [i, j] = offset.map(f64::abs);
     let quadrant = if hx == hy && i == j {
-        let diagonal =
-            ordered_element(kernel.in_units_of(hx), [i as f64, j as f64], 1.0, projection)
-                .scaled(hx);
+        let diagonal = ordered_element(kernel.in_units_of(hx), [i, j], 1.0, projection).scaled(hx);
         // Both are equal except for the order of summation.
         let (squares, linear) =
             (0.5 * (diagonal.xx + diagonal.yy), 0.5 * (diagonal.nx + diagonal.ny));
         Coefficient { xx: squares, yy: squares, nx: linear, ny: linear, ..diagonal }
     } else if (hx, i) >= (hy, j) {
-        ordered_element(kernel.in_units_of(hx), [i as f64, j as f64], hy / hx, projection)
-            .scaled(hx)
+        ordered_element(kernel.in_units_of(hx), [i, j], hy / hx, projection).scaled(hx)
     } else {
-        ordered_element(kernel.in_units_of(hy), [j as f64, i as f64], hx / hy, projection)
-            .scaled(hy)
-            .transposed()
+        ordered_element(kernel.in_units_of(hy), [j, i], hx / hy, projection).scaled(hy).transposed()
     };
     let mut signed = Coefficient::default();
-    signed.add_mirrored(&quadrant, 1.0, [di.signum() as f64, dj.signum() as f64]);
+    let sign = |offset: f64| if offset == 0.0 { 0.0 } else { offset.signum() };
+    signed.add_mirrored(&quadrant, 1.0, offset.map(sign));
     signed
 }
 
@@ -136,9 +132,9 @@ fn ordered_element<K: Kernel>(
         }
         return sum.scaled(hy);
     }
-    for py in panels(j, hy, projection) {
-        for px in panels(i, 1.0, projection) {
-            sum.add(&panel(kernel, px, py), 1.0);
+    for (py, sy) in panels(j, hy, projection) {
+        for (px, sx) in panels(i, 1.0, projection) {
+            sum.add_mirrored(&panel(kernel, px, py), 1.0, [sx, sy]);
         }
     }
     sum
@@ -197,20 +193,41 @@ impl Panel {
 }
 
 /// Returns the density that a projection puts on receiver minus source, `offset` ≥ 0 elements of
-/// width h away, folded to x ≥ 0.
-fn panels(offset: f64, h: f64, projection: Projection) -> impl Iterator<Item = Panel> + Clone {
+/// width h away. What lies beyond the origin is folded to x ≥ 0; its sign of −1 is that of a kernel
+/// that is odd.
+fn panels(
+    offset: f64,
+    h: f64,
+    projection: Projection,
+) -> impl Iterator<Item = (Panel, f64)> + Clone {
     let piece = |middle: f64, half: f64, density: f64, slope: f64| {
-        Some(Panel { middle: middle * h, half: half * h, density, slope })
+        Some((Panel { middle: middle * h, half: half * h, density, slope }, 1.0))
     };
-    let pair = match (projection, offset > 0.0) {
-        (Projection::Average, false) => [piece(0.5, 0.5, 1.0, -1.0), None],
-        (Projection::Average, true) => {
-            [piece(offset - 0.5, 0.5, 0.5, 0.5), piece(offset + 0.5, 0.5, 0.5, -0.5)]
+    // The piece begins at the origin.
+    let folded = |half: f64, density: f64, slope: f64| {
+        Some((Panel { middle: half * h, half: half * h, density, slope }, -1.0))
+    };
+    let pieces = match projection {
+        Projection::Average if offset == 0.0 => [piece(0.5, 0.5, 1.0, -1.0), None, None],
+        Projection::Average if offset >= 1.0 => {
+            [piece(offset - 0.5, 0.5, 0.5, 0.5), piece(offset + 0.5, 0.5, 0.5, -0.5), None]
         }
-        (Projection::Midpoint, false) => [piece(0.25, 0.25, 2.0, 0.0), None],
-        (Projection::Midpoint, true) => [piece(offset, 0.5, 1.0, 0.0), None],
+        Projection::Average => {
+            let (rising, beyond) = (0.5 * offset, 0.5 * (1.0 - offset));
+            [
+                piece(rising, rising, 1.0 - rising, rising),
+                piece(offset + 0.5, 0.5, 0.5, -0.5),
+                folded(beyond, beyond, -beyond),
+            ]
+        }
+        Projection::Midpoint if offset == 0.0 => [piece(0.25, 0.25, 2.0, 0.0), None, None],
+        Projection::Midpoint if offset >= 0.5 => [piece(offset, 0.5, 1.0, 0.0), None, None],
+        Projection::Midpoint => {
+            let near = 0.5 * (0.5 + offset);
+            [piece(near, near, 1.0, 0.0), folded(0.5 * (0.5 - offset), 1.0, 0.0), None]
+        }
     };
-    pair.into_iter().flatten()
+    pieces.into_iter().flatten()
 }
 
 /// Cuts the interval x − a … x + a at the origin and folds it to the positive half-axis; each piece
@@ -398,7 +415,7 @@ mod tests {
                 "midpoint" => Projection::Midpoint,
                 other => panic!("{other}"),
             };
-            let offset = [3, 4].map(|k| cells[k].parse::<i64>().unwrap());
+            let offset = [3, 4].map(|k| cells[k].parse::<f64>().unwrap());
             let got = element(offset, number(1), number(2), projection);
             for (k, got) in [got.nn, got.xx, got.yy, got.xy, got.nx, got.ny].into_iter().enumerate()
             {
@@ -427,12 +444,13 @@ mod tests {
         for (hx, hy) in [(1.0, 1.0), (0.6, 1.0), (0.2, 0.1)] {
             for (i, j) in
                 [(4, 0), (0, 4), (3, 3), (-2, 3), (5, -9), (40, 1), (-17, -200), (900, 901)]
+                    .map(|(i, j)| (f64::from(i), f64::from(j)))
             {
                 let average = element([i, j], hx, hy, Projection::Average);
                 let mut mean = Coefficient::default();
                 for &(v, wy) in &gauss::uniform()[gauss::MAX_POINTS] {
                     for &(u, wx) in &gauss::uniform()[gauss::MAX_POINTS] {
-                        let (x, y) = ((i as f64 + 0.5 * u) * hx, (j as f64 + 0.5 * v) * hy);
+                        let (x, y) = ((i + 0.5 * u) * hx, (j + 0.5 * v) * hy);
                         mean.add_mirrored(&point([x, y], [0.5 * hx, 0.5 * hy]), wx * wy, [1.0; 2]);
                     }
                 }
@@ -457,7 +475,9 @@ mod tests {
     fn symmetries_are_exact() {
         for projection in [Projection::Average, Projection::Midpoint] {
             for (hx, hy) in [(1.0, 1.0), (0.7, 1.0), (1e3, 1.0)] {
-                for (i, j) in [(0, 0), (1, 0), (0, 1), (2, 1), (1, 7), (30, 400)] {
+                for (i, j) in
+                    [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (2.0, 1.0), (1.0, 7.0), (30.0, 400.0)]
+                {
                     let right = element([i, j], hx, hy, projection);
                     let left = element([-i, j], hx, hy, projection);
                     assert_eq!(left, Coefficient { xy: -right.xy, nx: -right.nx, ..right });
@@ -471,19 +491,49 @@ mod tests {
 
     #[test]
     fn a_midpoint_coefficient_is_the_displacement_at_a_point() {
-        for (i, j) in [(0, 0), (1, 0), (3, 2), (-60, 4)] {
-            let coefficient = element([i, j], 0.5, 2.0, Projection::Midpoint);
-            let at_point = point([i as f64 * 0.5, j as f64 * 2.0], [0.25, 1.0]);
-            assert!((coefficient.nn / at_point.nn - 1.0).abs() < 1e-14);
-            assert!((coefficient.xy - at_point.xy).abs() <= 1e-14 * coefficient.nn);
-            assert!((coefficient.nx - at_point.nx).abs() <= 1e-14 * coefficient.nn);
+        for i in [0.0, 1.0, 3.0, -60.0, 0.25, -0.5, 0.75, -1.4, 17.125, 1e-9, -0.1] {
+            for j in [0.0, 1.0, -4.0, 30.0] {
+                let coefficient = element([i, j], 0.5, 2.0, Projection::Midpoint);
+                let at_point = point([i * 0.5, j * 2.0], [0.25, 1.0]);
+                let close = |a: f64, b: f64| (a - b).abs() <= 2e-14 * at_point.nn;
+                assert!(close(coefficient.nn, at_point.nn), "{i} {j}");
+                assert!(close(coefficient.xx, at_point.xx), "{i} {j}");
+                assert!(close(coefficient.yy, at_point.yy), "{i} {j}");
+                assert!(close(coefficient.xy, at_point.xy), "{i} {j}");
+                assert!(close(coefficient.nx, at_point.nx), "{i} {j}");
+                assert!(close(coefficient.ny, at_point.ny), "{i} {j}");
+            }
+        }
+    }
+
+    /// The mean over an element is also the mean of the values at points of two halves of it, which
+    /// lie a quarter of an element to both sides.
+    #[test]
+    fn the_mean_over_an_element_between_others_is_that_of_its_halves() {
+        let (hx, hy) = (0.6, 0.5);
+        for i in [0.0, 0.3, -0.5, 0.75, 1.0, -1.6, 4.25, 1e-7] {
+            for j in [0.0, 1.0, -2.0] {
+                let whole = element([i, j], hx, hy, Projection::Average);
+                // Source and receiver are cut in two along x.
+                let mut halves = Coefficient::default();
+                for shift in [-1.0, 0.0, 0.0, 1.0] {
+                    let part = element([2.0 * i + shift, j], 0.5 * hx, hy, Projection::Average);
+                    halves.add(&part, 0.5);
+                }
+                let close = |a: f64, b: f64| (a - b).abs() <= 2e-14 * whole.nn;
+                assert!(close(whole.nn, halves.nn), "{i} {j}");
+                assert!(close(whole.xx, halves.xx), "{i} {j}");
+                assert!(close(whole.xy, halves.xy), "{i} {j}");
+                assert!(close(whole.nx, halves.nx), "{i} {j}");
+                assert!(close(whole.ny, halves.ny), "{i} {j}");
+            }
         }
     }
 
     #[test]
     fn extreme_elements_stay_finite() {
         for (hx, hy) in [(1e-150, 1e-150), (1e150, 1e150), (1e-12, 1.0), (1.0, 1e-12)] {
-            for offset in [[0, 0], [1, 0], [0, 1], [1, 1], [4096, 4096]] {
+            for offset in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [4096.0, 4096.0]] {
                 let got = element(offset, hx, hy, Projection::Average);
                 assert!(got.nn.is_finite() && got.nn > 0.0, "{hx} {hy} {offset:?} {got:?}");
                 assert!((got.xx + got.yy - got.nn).abs() <= 1e-12 * got.nn);

@@ -114,7 +114,7 @@ impl Radial {
     /// Returns the coefficient of the receiver at `offset`; see [`kernel::element`].
     pub(super) fn influence(
         &self,
-        offset: [i64; 2],
+        offset: [f64; 2],
         hx: f64,
         hy: f64,
         projection: Projection,

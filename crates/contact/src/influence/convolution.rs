@@ -1,4 +1,4 @@
-//! The product with real symbols in a torus's Fourier space.
+//! The product with symbols in a torus's Fourier space.
 //!
 //! A convolution consists of real transforms of the rows that are not padding; then, for each
 //! column of the spectrum, a transform along y, the product, and the transform back; then the
@@ -12,6 +12,7 @@ use realfft::num_complex::Complex;
 use realfft::num_traits::Zero;
 
 use super::components::Direction;
+use super::matrix_symbols::MatrixSymbols;
 use super::operator::Scratch;
 use super::symbols::{Symbols, entry_at};
 use super::torus::{TILE, Torus};
@@ -52,7 +53,41 @@ impl Torus {
         let directions: [Direction; F] = std::array::from_fn(|block| symbols.directions[block]);
         let mut work = self.work(F, scratch);
         self.forward(p, mask, &directions, &mut work);
-        self.multiply(symbols, &directions, entries, &mut work);
+        self.multiply(&directions, &mut work, |column, wave| match self.x.symmetry {
+            None => {
+                let symbols = symbols.column::<S, 1>(wave);
+                let matrix = |k: usize| Packed(adapted(&symbols[k], &entries));
+                self.multiply_column::<F, 1, _>(&directions, column, matrix);
+            }
+            Some(_) => {
+                let symbols = symbols.column::<S, 2>(wave);
+                let matrix = |k: usize| Packed(adapted(&symbols[k], &entries));
+                self.multiply_column::<F, 2, _>(&directions, column, matrix);
+            }
+        });
+        self.backward(out, mask, &directions, &mut work);
+    }
+
+    /// Computes out = the convolution of F fields, one for each of `symbols.directions`, with the
+    /// symbols, a matrix for each wavenumber. `entries` turns it into the one to multiply with.
+    /// With a `mask` only its elements count.
+    pub(crate) fn convolve_by_matrices<const F: usize>(
+        &self,
+        symbols: &MatrixSymbols,
+        entries: impl Fn([[Complex<f64>; F]; F]) -> [[Complex<f64>; F]; F] + Sync,
+        mask: Option<&[bool]>,
+        out: &mut [f64],
+        p: &[f64],
+        scratch: &mut Scratch,
+    ) {
+        debug_assert_eq!(symbols.directions.len(), F);
+        let directions: [Direction; F] = std::array::from_fn(|block| symbols.directions[block]);
+        let mut work = self.work(F, scratch);
+        self.forward(p, mask, &directions, &mut work);
+        self.multiply(&directions, &mut work, |column, wave| {
+            let matrix = |k: usize| entries(symbols.matrix(wave, k));
+            self.multiply_column::<F, 1, _>(&directions, column, matrix);
+        });
         self.backward(out, mask, &directions, &mut work);
     }
 
@@ -98,13 +133,13 @@ impl Torus {
         });
     }
 
-    /// Transforms the columns, multiplies, transforms back.
-    fn multiply<const F: usize, const S: usize>(
+    /// Transforms the columns, multiplies each by its symbols, transforms back. `by_symbols` gets a
+    /// column of every block, a stride apart, and its number.
+    fn multiply<const F: usize>(
         &self,
-        symbols: &Symbols,
         directions: &[Direction; F],
-        entries: impl Fn([f64; S]) -> [f64; S] + Sync,
         work: &mut Work<'_>,
+        by_symbols: impl Fn(&mut [Complex<f64>], usize) + Sync,
     ) {
         let (spectrum, rows) = (&*work.spectrum, F * self.y.elements);
         share(work.tiles, rows * TILE, &mut work.slots, |index, tile, slot| {
@@ -116,20 +151,7 @@ impl Torus {
                     .process_with_scratch(&mut column[..self.y.length], slot.transform);
             }
             for (column, wave) in buffer.chunks_exact_mut(F * self.stride()).zip(columns.clone()) {
-                match self.x.symmetry {
-                    None => self.multiply_column(
-                        directions,
-                        column,
-                        symbols.column::<S, 1>(wave),
-                        &entries,
-                    ),
-                    Some(_) => self.multiply_column(
-                        directions,
-                        column,
-                        symbols.column::<S, 2>(wave),
-                        &entries,
-                    ),
-                }
+                by_symbols(column, wave);
             }
             for column in buffer.chunks_exact_mut(self.stride()) {
                 self.column_backward
@@ -189,13 +211,12 @@ impl Torus {
     /// y at a time.
     ///
     /// With the component along a direction turned by i, as sines are against cosines, every symbol
-    /// is real and symmetric: see [`Symbols`] for their order and signs.
-    fn multiply_column<const F: usize, const S: usize, const LANES: usize>(
+    /// of A is real and symmetric: see [`Symbols`] for their order and signs.
+    fn multiply_column<const F: usize, const LANES: usize, M: Matrix<F>>(
         &self,
         directions: &[Direction; F],
         column: &mut [Complex<f64>],
-        symbols: &[[[f64; LANES]; S]],
-        entries: &impl Fn([f64; S]) -> [f64; S],
+        matrix: impl Fn(usize) -> M,
     ) {
         let my = self.y.length;
         let mut chunks = column.chunks_exact_mut(self.stride());
@@ -222,8 +243,8 @@ impl Torus {
                     let (u, w) = (0.5 * (a + b), 0.5 * turned(a - b));
                     (low[c], high[c]) = if y[c] { (w, u) } else { (u, w) };
                 }
-                low = product(&adapted(&symbols[k], entries), low);
-                high = product(&adapted(&symbols[my - k], entries), high);
+                low = matrix(k).times(low);
+                high = matrix(my - k).times(high);
                 for c in 0..F {
                     let (u, w) = if y[c] { (high[c], low[c]) } else { (low[c], high[c]) };
                     let w = turned(w);
@@ -235,9 +256,9 @@ impl Torus {
                         (low[c], high[c]) = (turned(low[c]), turned_back(high[c]));
                     }
                 }
-                let symbol = adapted(&symbols[k], entries);
+                let matrix = matrix(k);
                 if LANES == 1 {
-                    (low, high) = (product(&symbol, low), product(&symbol, high));
+                    (low, high) = (matrix.times(low), matrix.times(high));
                 } else {
                     // Each number holds the spectra a, b of two real columns: a + ib at k, and at
                     // −k their conjugates.
@@ -246,10 +267,7 @@ impl Torus {
                         std::array::from_fn(|c| 0.5 * (low[c] + high_conjugate[c]));
                     let ib: [Complex<f64>; F] =
                         std::array::from_fn(|c| 0.5 * (low[c] - high_conjugate[c]));
-                    let (a, ib) = (
-                        product(&symbol.map(|s| [s[0]]), a),
-                        product(&symbol.map(|s| [s[LANES - 1]]), ib),
-                    );
+                    let (a, ib) = (matrix.lane_times(0, a), matrix.lane_times(LANES - 1, ib));
                     for c in 0..F {
                         (low[c], high[c]) = (a[c] + ib[c], (a[c] - ib[c]).conj());
                     }
@@ -341,20 +359,60 @@ fn adapted<const S: usize, const LANES: usize>(
     out
 }
 
-/// Multiplies a real symmetric matrix, packed, by a vector; the first lane is for the real part,
-/// the last for the imaginary one.
-fn product<const F: usize, const S: usize, const LANES: usize>(
-    matrix: &[[f64; LANES]; S],
-    v: [Complex<f64>; F],
-) -> [Complex<f64>; F] {
-    std::array::from_fn(|row| {
-        let mut sum = Complex::zero();
-        for (column, v) in v.iter().enumerate() {
-            let entry = &matrix[entry_at(F, row, column)];
-            sum += Complex::new(entry[0] * v.re, entry[LANES - 1] * v.im);
-        }
-        sum
-    })
+/// The symbols of a wavenumber, as a matrix.
+trait Matrix<const F: usize> {
+    /// Returns the product with a vector; the first lane is for the real part, the last for the
+    /// imaginary one.
+    fn times(&self, v: [Complex<f64>; F]) -> [Complex<f64>; F];
+
+    /// Returns the product of one lane with a vector.
+    fn lane_times(&self, lane: usize, v: [Complex<f64>; F]) -> [Complex<f64>; F];
+}
+
+/// A real symmetric matrix, the upper triangle of which is packed.
+struct Packed<const S: usize, const LANES: usize>([[f64; LANES]; S]);
+
+impl<const S: usize, const LANES: usize> Packed<S, LANES> {
+    /// Returns the product with a vector, with one lane for each part of its numbers.
+    #[inline]
+    fn product<const F: usize>(
+        &self,
+        [real, imaginary]: [usize; 2],
+        v: [Complex<f64>; F],
+    ) -> [Complex<f64>; F] {
+        std::array::from_fn(|row| {
+            let mut sum = Complex::zero();
+            for (column, v) in v.iter().enumerate() {
+                let entry = &self.0[entry_at(F, row, column)];
+                sum += Complex::new(entry[real] * v.re, entry[imaginary] * v.im);
+            }
+            sum
+        })
+    }
+}
+
+impl<const F: usize, const S: usize, const LANES: usize> Matrix<F> for Packed<S, LANES> {
+    #[inline]
+    fn times(&self, v: [Complex<f64>; F]) -> [Complex<f64>; F] {
+        self.product([0, LANES - 1], v)
+    }
+
+    #[inline]
+    fn lane_times(&self, lane: usize, v: [Complex<f64>; F]) -> [Complex<f64>; F] {
+        self.product([lane, lane], v)
+    }
+}
+
+impl<const F: usize> Matrix<F> for [[Complex<f64>; F]; F] {
+    #[inline]
+    fn times(&self, v: [Complex<f64>; F]) -> [Complex<f64>; F] {
+        self.map(|row| row.iter().zip(&v).map(|(entry, v)| entry * v).sum())
+    }
+
+    #[inline]
+    fn lane_times(&self, _lane: usize, v: [Complex<f64>; F]) -> [Complex<f64>; F] {
+        self.times(v)
+    }
 }
 
 /// The memory of one convolution.

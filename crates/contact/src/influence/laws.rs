@@ -267,7 +267,7 @@ fn is_the_sum_over_sources(case: &Case, ap: &[f64], size: f64) {
         let (ri, rj) = grid.position(receiver);
         for source in grid.active() {
             let (si, sj) = grid.position(source);
-            let offset = [ri as i64 - si as i64, rj as i64 - sj as i64];
+            let offset = [ri as f64 - si as f64, rj as f64 - sj as f64];
             let block = kernels.influence(offset, grid.hx(), grid.hy(), case.projection).block();
             for c in 0..3 {
                 expected[c * k + receiver] +=

@@ -48,7 +48,7 @@ impl InfluenceTable {
             if exchanged(di, dj) {
                 return Coefficient::default();
             }
-            kernels.influence([di as i64, dj as i64], grid.hx(), grid.hy(), projection)
+            kernels.influence([di as f64, dj as f64], grid.hx(), grid.hy(), projection)
         };
         let quadrant: Vec<Coefficient> =
             (0..grid.len()).into_par_iter().with_min_len(nx).map(coefficient).collect();
@@ -77,6 +77,47 @@ impl InfluenceTable {
             values
         });
         Self { grid: grid.clone(), components, rows }
+    }
+
+    /// Computes what moves when every element goes on by `distance` along x, in the grid's unit: the
+    /// displacement of each receiver minus that of the point so far ahead of it, per unit traction
+    /// on the source, which stays. The entries of the normal displacement are those that rolling
+    /// does not ask for, and only the signs that Δj gives are kept.
+    pub(crate) fn rolled(
+        &self,
+        bodies: impl Into<Bodies>,
+        projection: Projection,
+        distance: f64,
+    ) -> Self {
+        let (nx, ny) = (self.grid.nx(), self.grid.ny());
+        let (hx, hy) = (self.grid.hx(), self.grid.hy());
+        let ahead = whole(distance / hx);
+        let reach = ((nx as f64 + ahead.abs()) * hx).hypot(ny as f64 * hy);
+        let kernels = bodies.into().kernels(reach);
+        let width = 2 * nx - 1;
+        let middle = (nx - 1) as f64;
+        let there: Vec<Coefficient> = (0..width * ny)
+            .into_par_iter()
+            .with_min_len(nx)
+            .map(|index| {
+                let [di, dj] = [index % width, index / width].map(|count| count as f64);
+                kernels.influence([di - middle + ahead, dj], hx, hy, projection)
+            })
+            .collect();
+        let rows = Entry::ALL.map(|entry| {
+            let here = &self.rows[entry as usize];
+            let mut values = here.clone();
+            let stored = here.len() / width;
+            values.par_chunks_exact_mut(width).enumerate().for_each(|(index, row)| {
+                let dj = (index + ny).abs_diff(stored);
+                let sign = if entry.odd_in_y() && index + ny < stored { -1.0 } else { 1.0 };
+                for (value, there) in row.iter_mut().zip(&there[dj * width..]) {
+                    *value -= sign * entry.value(there);
+                }
+            });
+            values
+        });
+        Self { grid: self.grid.clone(), components: self.components, rows }
     }
 
     /// Returns the grid, with its mask; the coefficients do not depend on the mask.
@@ -129,6 +170,16 @@ impl InfluenceTable {
             normal: kept(diagonal.nn, tangential),
             tangential: kept(tangential, diagonal.nn),
         }
+    }
+
+    /// Returns the largest coefficient of a tangential displacement under a traction in its own
+    /// direction. In a table of what rolls that is not always the one of the element itself, which
+    /// vanishes first when the distance does.
+    pub(crate) fn largest_tangential(&self) -> f64 {
+        [Entry::Xx, Entry::Yy]
+            .iter()
+            .flat_map(|entry| &self.rows[*entry as usize])
+            .fold(0.0, |largest: f64, value| largest.max(value.abs()))
     }
 
     /// Returns the largest diagonal entry of the operator on the components that are kept.
@@ -207,6 +258,13 @@ impl InfluenceTable {
     }
 }
 
+/// Returns a number of elements, which is whole if it is so up to rounding.
+fn whole(elements: f64) -> f64 {
+    const ROUNDING: f64 = 1e-12;
+    let nearest = elements.round();
+    if (elements - nearest).abs() <= ROUNDING * nearest.abs() { nearest } else { elements }
+}
+
 /// The diagonal entries of A, by which residuals become tractions. On a thin incompressible layer
 /// one is a millionth of the other, and in the units of the larger one the residual of the smaller
 /// one would be nothing.
@@ -246,7 +304,7 @@ mod tests {
                     for di in 1 - nx as i64..nx as i64 {
                         assert_eq!(
                             table.coefficient(di, dj),
-                            bodies().influence([di, dj], 0.5, 0.75, projection)
+                            bodies().influence([di as f64, dj as f64], 0.5, 0.75, projection)
                         );
                     }
                     assert_eq!(table.row(Entry::Xy, dj).len(), 2 * nx - 1);
@@ -296,6 +354,65 @@ mod tests {
                 for c in 0..3 {
                     let expected = 1.0 + (0..3).map(|d| block[c][d] * traction[d]).sum::<f64>();
                     assert!((got[c * grid.len() + receiver] - expected).abs() < 1e-15);
+                }
+            }
+        }
+    }
+
+    /// Rolling by whole elements takes the difference of two coefficients of the same table.
+    #[test]
+    fn rolled_by_whole_elements_it_is_a_difference_of_its_own_coefficients() {
+        let (nx, ny) = (9, 4);
+        let layer = Layer { shear_modulus: 4.0, poisson: 0.1, thickness: 0.7 };
+        for bodies in [Bodies::from(&bodies()), Bodies::new(&[layer], &Base::Rigid, None)] {
+            for projection in [Projection::Average, Projection::Midpoint] {
+                let grid = Grid::new(nx, ny, 0.3, 0.4, [0.0; 2]).unwrap();
+                let table = InfluenceTable::new(&grid, &bodies, projection);
+                for ahead in [1_i64, -1, 3] {
+                    // The distance is a multiple of the element up to rounding only.
+                    let rolled = table.rolled(&bodies, projection, 0.1 * 3.0 * ahead as f64);
+                    for dj in 1 - ny as i64..ny as i64 {
+                        for di in (1 - nx as i64).max(1 - nx as i64 - ahead)
+                            ..(nx as i64).min(nx as i64 - ahead)
+                        {
+                            let (got, here, there) = (
+                                rolled.coefficient(di, dj).block(),
+                                table.coefficient(di, dj).block(),
+                                table.coefficient(di + ahead, dj).block(),
+                            );
+                            for c in 0..3 {
+                                for d in 0..3 {
+                                    let exact = here[c][d] - there[c][d];
+                                    assert!(
+                                        (got[c][d] - exact).abs()
+                                            <= 1e-14 * here[1][1].abs().max(0.1),
+                                        "{projection:?} {ahead} {di} {dj}: {} {exact}",
+                                        got[c][d]
+                                    );
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Rolling from one place between elements to another adds up.
+    #[test]
+    fn rolled_distances_add_up() {
+        let bodies = bodies();
+        let grid = Grid::new(6, 3, 0.3, 0.4, [0.0; 2]).unwrap();
+        for projection in [Projection::Average, Projection::Midpoint] {
+            let table = InfluenceTable::new(&grid, &bodies, projection);
+            let part = table.rolled(&bodies, projection, 0.06);
+            let back = table.rolled(&bodies, projection, -0.24);
+            // The point 0.06 ahead of one element is 0.24 behind the next.
+            for dj in -2..=2 {
+                for di in -5..5 {
+                    let step = table.coefficient(di, dj).xy - part.coefficient(di, dj).xy;
+                    let next = table.coefficient(di + 1, dj).xy - back.coefficient(di + 1, dj).xy;
+                    assert!((step - next).abs() < 1e-15, "{di} {dj}: {step} {next}");
                 }
             }
         }

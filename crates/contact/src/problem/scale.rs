@@ -117,7 +117,7 @@ pub(crate) fn check_operator(
     if long.nn > 1e-3 * long.ll {
         return Ok(()); // The layers are far from this case.
     }
-    let diagonal = bodies.kernels(hx.hypot(hy)).influence([0, 0], hx, hy, projection);
+    let diagonal = bodies.kernels(hx.hypot(hy)).influence([0.0; 2], hx, hy, projection);
     let tangential = diagonal.xx.max(diagonal.yy);
     if diagonal.nn > NORMAL * tangential {
         return Ok(());

@@ -182,7 +182,7 @@ fn few_elements_and_all_of_them() {
     let h = 0.02;
     let diagonal =
         contact::foundation::HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None)
-            .influence([0, 0], h, h, Projection::Average)
+            .influence([0.0; 2], h, h, Projection::Average)
             .nn;
     let far = one(15, 15.0 * h, loaded(1e-10));
     assert_eq!(far.observables.contact_elements, 1);
