@@ -23,5 +23,5 @@ pub use certificate::certify;
 pub(crate) use certificate::transform_error;
 pub use closed_form::{ClosedForm, closed_form};
 pub use errors::Errors;
-pub(crate) use observables::fields;
+pub(crate) use observables::{elastic_energy, fields};
 pub use observables::{observables, patches, states};

@@ -16,7 +16,7 @@
 //! - `convolution`: the product with symbols in a torus's Fourier space;
 //! - `toeplitz`: the operator by FFT ([`Toeplitz`]), for all other grids;
 //! - `matrix_symbols`: the transform of a coefficient that has no symmetry along x;
-//! - `rolling`: the operator of a contact that rolls steadily ([`Rolling`]), by FFT;
+//! - `rolling`: the operator of a contact that rolls steadily (`RollingToeplitz`), by FFT;
 //! - `circulant`: the preconditioner of the Krylov iterations ([`Circulant`]);
 //! - `window`: the part of a grid around a contact;
 //! - `laws`: the laws that every operator obeys, as tests.
@@ -45,7 +45,7 @@ pub(crate) use mirror::MirrorError;
 pub use mirror::{Mirror, Symmetry};
 pub(crate) use mirror::{images, weighted_images};
 pub use operator::{Influence, Scratch, ScratchSize};
-pub(crate) use rolling::{Rolling, RollingTables};
+pub(crate) use rolling::{RollingTables, RollingToeplitz};
 pub use table::{Diagonals, InfluenceTable};
 pub use toeplitz::Toeplitz;
 pub(crate) use window::Window;

@@ -6,6 +6,7 @@
 //! In reading order:
 //! - `error`: the refusal of a scene that has no mechanical meaning ([`SceneError`]);
 //! - `rigid`: the six rigid degrees of freedom of the punch ([`Dof`], [`Motion`], [`Control`]);
+//! - `rolling`: the rolling of a step ([`Rolling`]);
 //! - `loading`: the loading path, step by step ([`Loading`], [`Step`], [`Leg`]);
 //! - `scene`: the bodies, the friction between them and Ω ([`Scene`]);
 //! - `effect`: the closed list of effects ([`Effect`]);
@@ -19,6 +20,7 @@ mod loading;
 mod numerics;
 mod outcome;
 mod rigid;
+mod rolling;
 mod scene;
 
 pub use effect::Effect;
@@ -32,6 +34,7 @@ pub use outcome::{
 };
 pub use rigid::{Control, Dof, Motion, PerDof};
 pub(crate) use rigid::{rigid_displacement, rigid_modes};
+pub use rolling::{Rolling, RollingDirection, RollingHistory};
 #[cfg(test)]
 pub(crate) use scene::tests::sphere_on_half_space;
 pub use scene::{

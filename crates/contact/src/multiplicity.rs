@@ -41,7 +41,7 @@
 
 use self::seeker::Seeker;
 use crate::influence::{Components, Mirror};
-use crate::model::{Control, Numerics, PerDof, Scene, SceneError, Status};
+use crate::model::{Control, Numerics, PerDof, Scene, SceneError, Status, refuse};
 use crate::path::in_units;
 use crate::problem::{Operators, Problem};
 use crate::punch::Surfaces;
@@ -68,6 +68,13 @@ pub fn search(
     search: &Search,
 ) -> Result<Multiplicity, SceneError> {
     search.validate()?;
+    if let Some(step) = scene.loading.steps.iter().position(|step| step.rolling.is_some()) {
+        return Err(refuse(
+            &format!("loading.steps[{step}].rolling"),
+            "given",
+            "cannot stand in a path whose solutions are searched for",
+        ));
+    }
     let problem = Problem::new(scene, numerics, surfaces)?;
     let mut seeker = Seeker::new(problem, numerics, operators)?;
     match seeker.follow(scene) {

@@ -12,5 +12,5 @@ mod increment;
 mod watched;
 
 pub use follow::{Watch, solve, solve_watched};
-pub(crate) use increment::{Departure, Increment, certify_increment, in_units};
+pub(crate) use increment::{Certifying, Departure, Increment, certify_increment, in_units};
 pub use watched::{FrictionProblem, FrictionProblemError, SolvedIncrement};

@@ -202,6 +202,7 @@ impl<'a> Assembler<'a> {
             twist: number(Key::Twist(i)),
             moment_z: number(Key::MomentZ(i)),
             increments: self.sheet.count(Key::Increments(i)).unwrap_or(1),
+            rolling: None,
         };
         if i == 0 && step.approach.is_none() && step.normal_force.is_none() {
             let mistake = Mistake::new(

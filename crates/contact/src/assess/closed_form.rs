@@ -32,7 +32,8 @@ pub use exact::ClosedForm;
 pub fn closed_form(scene: &Scene) -> Option<ClosedForm> {
     scene.validate().ok()?;
     let relative = relative_bodies(scene, 1.0);
-    if relative.layers.is_some() {
+    let rolls = scene.loading.steps.iter().any(|step| step.rolling.is_some());
+    if relative.layers.is_some() || rolls {
         return None;
     }
     // The effects decide it in the same way: a coupling that cancels there is left out of the

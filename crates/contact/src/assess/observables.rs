@@ -63,13 +63,12 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
         sole_area: grid.active_len() as f64 * area,
         ..Observables::default()
     };
+    total.energy = elastic_energy(problem, p, |row| w[row] + problem.f[row]);
     // A band's figures are in the problem's units.
     let of_band = |band: Range<usize>| {
         let mut sums = Observables::default();
         for e in grid.active_in(band) {
             let [pn, px, py] = [p[e], p[k + e], p[2 * k + e]];
-            sums.energy +=
-                (0..3).map(|c| p[c * k + e] * (w[c * k + e] + problem.f[c * k + e])).sum::<f64>();
             if states[e] == State::Slip {
                 sums.dissipation -= px * (problem.epsilon * px + w[k + e])
                     + py * (problem.epsilon * py + w[2 * k + e]);
@@ -87,7 +86,6 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
         sums
     };
     for band in parallel::bands(k, of_band) {
-        total.energy += band.energy;
         total.dissipation += band.dissipation;
         total.largest_gap = total.largest_gap.max(band.largest_gap);
         total.peak_pressure = total.peak_pressure.max(band.peak_pressure);
@@ -109,9 +107,26 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
     total.largest_gap *= length;
     total.peak_pressure *= traction;
     total.peak_traction *= traction;
-    total.energy = 0.5 * total.energy * force * length;
     total.dissipation = total.dissipation * force * length;
     total
+}
+
+/// Returns the elastic energy ½ Σ p·(A p) |e| \[J\], where `displacement` gives A p row by row, in
+/// the problem's units.
+pub(crate) fn elastic_energy(
+    problem: &Problem,
+    p: &[f64],
+    displacement: impl Fn(usize) -> f64 + Sync,
+) -> f64 {
+    let (grid, k, length) = (&problem.grid, problem.grid.len(), problem.scale.length);
+    let of_band = |band: Range<usize>| {
+        let of_element =
+            |e: usize| (0..3).map(|c| p[c * k + e] * displacement(c * k + e)).sum::<f64>();
+        grid.active_in(band).map(of_element).fold(0.0, |sum, energy| sum + energy)
+    };
+    let sum = parallel::bands(k, of_band).into_iter().fold(0.0, |sum, energy| sum + energy);
+    let area = grid.element_area() * length * length;
+    0.5 * sum * (problem.scale.traction() * area) * length
 }
 
 /// Returns the regions in contact of a grid of nx × ny elements that do not touch each other, not

@@ -47,7 +47,7 @@ impl RollingTables<'_> {
 
 /// The operator of a contact that rolls steadily, by FFT.
 #[derive(Clone, Debug)]
-pub(crate) struct Rolling {
+pub(crate) struct RollingToeplitz {
     grid: Grid,
     components: Components,
     torus: Torus,
@@ -55,7 +55,7 @@ pub(crate) struct Rolling {
     symbols: Vec<MatrixSymbols>,
 }
 
-impl Rolling {
+impl RollingToeplitz {
     /// Makes the operator on these components of fields with these symmetries, none of them along
     /// x; it lives on the part of the tables' grid on the positive side of the mirror plane.
     ///
@@ -110,7 +110,7 @@ impl Rolling {
     }
 }
 
-impl Influence for Rolling {
+impl Influence for RollingToeplitz {
     fn grid(&self) -> &Grid {
         &self.grid
     }
@@ -178,7 +178,8 @@ mod tests {
                                 *p = 0.0;
                             }
                         }
-                        let got = laws::apply(&Rolling::of(tables, components, Mirror::NONE), &p);
+                        let got =
+                            laws::apply(&RollingToeplitz::of(tables, components, Mirror::NONE), &p);
                         let mut expected = vec![0.0; p.len()];
                         for e in grid.active() {
                             let sum = tables.displacement_at(e, components, &p);
@@ -208,10 +209,11 @@ mod tests {
                 Components::TANGENTIAL,
                 Components::Y,
             ] {
-                let part = Rolling::of(tables, components, mirror);
+                let part = RollingToeplitz::of(tables, components, mirror);
                 let p = wave(components.len() * part.grid().len());
                 let whole = mirror.extend(&grid, components, &p);
-                let expected = laws::apply(&Rolling::of(tables, components, Mirror::NONE), &whole);
+                let expected =
+                    laws::apply(&RollingToeplitz::of(tables, components, Mirror::NONE), &whole);
                 let got = laws::apply(&part, &p);
                 let size = still.largest_diagonal();
                 laws::close("part", &got, &mirror.restrict(&grid, &expected), size);
@@ -226,12 +228,12 @@ mod tests {
         let rolled = still.rolled(bodies(), Projection::Average, -0.3);
         let tables = RollingTables { still: &still, rolled: &rolled };
         let size = [6, 5];
-        let part = Rolling::within(tables, Components::ALL, Mirror::NONE, size);
+        let part = RollingToeplitz::within(tables, Components::ALL, Mirror::NONE, size);
         let p = wave(3 * 30);
         let mut whole = vec![0.0; 3 * grid.len()];
         let place = |e: usize| (e / 30) * grid.len() + grid.index(4 + e % 6, 3 + e % 30 / 6);
         (0..p.len()).for_each(|e| whole[place(e)] = p[e]);
-        let all = laws::apply(&Rolling::of(tables, Components::ALL, Mirror::NONE), &whole);
+        let all = laws::apply(&RollingToeplitz::of(tables, Components::ALL, Mirror::NONE), &whole);
         let expected: Vec<f64> = (0..p.len()).map(|e| all[place(e)]).collect();
         laws::close("window", &laws::apply(&part, &p), &expected, still.largest_diagonal());
     }

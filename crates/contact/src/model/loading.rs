@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, positive, refuse};
 use super::rigid::{Control, Dof, Motion, PerDof};
+use super::rolling::{Rolling, RollingHistory};
 
 /// The loading path: steps that follow one another. The last ones are repeated if they make a
 /// cycle.
@@ -81,6 +82,10 @@ pub struct Step {
     /// value here.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub increments: u32,
+    /// The rolling, if the step rolls. Each increment then travels the same distance at the same
+    /// creepages.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rolling: Option<Rolling>,
 }
 
 impl Default for Step {
@@ -100,6 +105,7 @@ impl Default for Step {
             twist: None,
             moment_z: None,
             increments: 1,
+            rolling: None,
         }
     }
 }
@@ -149,8 +155,11 @@ pub struct Leg {
     pub cycle: u32,
     /// The number of equal increments in which the step is taken.
     pub increments: u32,
-    /// The control of each degree of freedom at the end of the step.
+    /// The control of each degree of freedom at the end of the step. In a leg that rolls a
+    /// prescribed tangential motion is one per distance travelled \[1 or rad/m\].
     pub target: PerDof<Control>,
+    /// The rolling, if the leg rolls.
+    pub rolling: Option<Rolling>,
 }
 
 impl Loading {
@@ -188,6 +197,11 @@ impl Loading {
                     0,
                     "must be at least 1",
                 ));
+            }
+            if let Some(rolling) = &step.rolling {
+                let given = Dof::TANGENTIAL.map(|dof| step.given()[dof]);
+                let names = Dof::TANGENTIAL.map(|dof| Step::NAMES[dof]);
+                rolling.validate(&format!("loading.steps[{i}]"), step.increments, given, names)?;
             }
         }
         if first.approach.is_none() && first.normal_force.is_none() {
@@ -256,8 +270,10 @@ impl Loading {
         lead.chain(cycles)
             .map(|(index, cycle)| {
                 let step = &self.steps[index];
-                target = step.from(target);
-                Leg { step: index as u32, cycle, increments: step.increments, target }
+                let after = step.from(target);
+                target = step.left(after);
+                let (increments, rolling) = (step.increments, step.rolling);
+                Leg { step: index as u32, cycle, increments, target: after, rolling }
             })
             .collect()
     }
@@ -283,7 +299,8 @@ impl Loading {
                     }
                 }
             }
-            before = after;
+            step.rolling = step.rolling.map(|rolling| rolling.normalised());
+            before = step.left(after);
         }
         loading
     }
@@ -299,7 +316,26 @@ impl Step {
                 [None, None] => {}
             }
         }
+        let Some(rolling) = self.rolling else { return target };
+        for dof in Dof::TANGENTIAL {
+            target[dof] = match (rolling.rate(dof), target[dof]) {
+                (None, Control::Force(force)) => Control::Force(force),
+                (None, Control::Motion(_)) => Control::Motion(rolling.default_rate(dof)),
+                (Some(rate), _) => Control::Motion(rate),
+            };
+        }
         target
+    }
+
+    /// Returns the controls that hold on after this step, given those at its end. Where a step has
+    /// rolled, shifts and twists count anew.
+    fn left(&self, mut end: PerDof<Control>) -> PerDof<Control> {
+        for dof in Dof::TANGENTIAL.into_iter().filter(|_| self.rolling.is_some()) {
+            if let Control::Motion(_) = end[dof] {
+                end[dof] = Control::Motion(0.0);
+            }
+        }
+        end
     }
 
     /// Returns the values of [`given`](Self::given), to change them.
@@ -318,8 +354,31 @@ impl Step {
 impl Leg {
     /// Returns the controls of increment `number`, counted from 1, if the step
     /// before left the punch at `motion` \[m or rad\] with these `resultants` \[N or N m\]. Every
-    /// control goes evenly from there to its target.
+    /// control goes evenly from there to its target, except for the motions of a leg that rolls:
+    /// each of its increments makes those of the `distance` travelled \[m\].
     pub(crate) fn increment(
+        &self,
+        number: u32,
+        motion: &Motion,
+        resultants: &PerDof<f64>,
+        distance: f64,
+    ) -> PerDof<Control> {
+        let mut controls = self.even_increment(number, motion, resultants);
+        for dof in Dof::TANGENTIAL.into_iter().filter(|_| self.rolling.is_some()) {
+            if let Control::Motion(rate) = self.target[dof] {
+                controls[dof] = Control::Motion(rate * distance);
+            }
+        }
+        controls
+    }
+
+    /// Returns whether the leg rolls steadily.
+    pub(crate) fn is_steady(&self) -> bool {
+        self.rolling.is_some_and(|rolling| rolling.history == RollingHistory::Steady)
+    }
+
+    /// Returns the controls of increment `number`, each between its start and its target.
+    fn even_increment(
         &self,
         number: u32,
         motion: &Motion,
@@ -345,6 +404,7 @@ impl Leg {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::RollingDirection;
 
     #[test]
     fn what_is_not_mentioned_stays_as_it_was() {
@@ -362,15 +422,80 @@ mod tests {
             [Control::Motion(1e-5), Control::Force(2.0)],
             "the second cycle begins where the first ended"
         );
-        let halfway =
-            legs[1].increment(2, &Motion::default(), &PerDof::new([8.0, 1.0, 0.0, 0.0, 0.0, 0.0]));
+        let halfway = legs[1].increment(
+            2,
+            &Motion::default(),
+            &PerDof::new([8.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
+            0.0,
+        );
         assert_eq!(
             halfway.to_array()[..3],
             [Control::Force(9.0), Control::Force(1.5), Control::Motion(0.0)]
         );
         assert_eq!(
-            legs[1].increment(4, &Motion::default(), &PerDof::new([8.0, 0.3, 0.0, 0.0, 0.0, 0.0])),
+            legs[1].increment(
+                4,
+                &Motion::default(),
+                &PerDof::new([8.0, 0.3, 0.0, 0.0, 0.0, 0.0]),
+                0.0
+            ),
             legs[1].target
+        );
+    }
+
+    #[test]
+    fn creepages_are_motions_per_distance_and_leave_no_shift_behind() {
+        let rolling = Rolling {
+            creepage_x: Some(1e-3),
+            creepage_y: Some(2e-3),
+            spin: Some(0.5),
+            spin_center: 0.01,
+            direction: RollingDirection::Forward,
+            distance: Some(0.2),
+            history: RollingHistory::Transient,
+        };
+        let shift = Step {
+            approach: Some(1e-5),
+            shift_x: Some(1e-6),
+            force_y: Some(3.0),
+            ..Step::default()
+        };
+        let roll = Step { rolling: Some(rolling), increments: 2, ..Step::default() };
+        let pulled = Rolling { creepage_y: None, spin: None, ..rolling };
+        let pull = Step { rolling: Some(pulled), force_y: Some(1.0), ..Step::default() };
+        let legs = Loading::path(vec![shift, roll, pull, Step::default()]).legs();
+        let tangential = |leg: &Leg| Dof::TANGENTIAL.map(|dof| leg.target[dof]);
+        assert_eq!(tangential(&legs[1]), [-1e-3, -(2e-3 - 0.5 * 0.01), -0.5].map(Control::Motion));
+        assert_eq!(
+            tangential(&legs[2]),
+            [Control::Motion(-1e-3), Control::Force(1.0), Control::Motion(0.0)]
+        );
+        assert_eq!(
+            tangential(&legs[3]),
+            [Control::Motion(0.0), Control::Force(1.0), Control::Motion(0.0)]
+        );
+        let nothing = (Motion::default(), PerDof::all(0.0));
+        for number in 1..=2 {
+            let controls = legs[1].increment(number, &nothing.0, &nothing.1, 0.2);
+            assert_eq!(controls[Dof::ShiftX], Control::Motion(-1e-3 * 0.2));
+            assert_eq!(controls[Dof::Twist], Control::Motion(-0.5 * 0.2));
+        }
+        let refused = |step: Step| {
+            Loading::path(vec![shift, step]).validate().map_err(|error| error.key).unwrap_err()
+        };
+        assert_eq!(refused(Step { shift_x: Some(0.0), ..roll }), "loading.steps[1].shift_x");
+        assert_eq!(refused(Step { force_y: Some(0.0), ..roll }), "loading.steps[1].force_y");
+        let steady = Rolling { history: RollingHistory::Steady, ..rolling };
+        assert_eq!(refused(Step { rolling: Some(steady), ..roll }), "loading.steps[1].increments");
+        let nowhere = Rolling { distance: Some(0.0), ..rolling };
+        assert_eq!(
+            refused(Step { rolling: Some(nowhere), ..roll }),
+            "loading.steps[1].rolling.distance"
+        );
+        let endless = Rolling { spin: Some(f64::NAN), ..rolling };
+        assert_eq!(
+            refused(Step { rolling: Some(endless), ..roll }),
+            "loading.steps[1].rolling.spin"
         );
     }
 

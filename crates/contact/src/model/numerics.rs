@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::effect::Effect;
 use super::error::{SceneError, is_zero, positive, refuse};
-use super::loading::Loading;
+use super::loading::{Leg, Loading};
 use super::rigid::Control;
 
 /// The discretisation of a scene and the way in which it is solved. Nothing in here changes the
@@ -112,6 +112,9 @@ impl Method {
                 .all(|control| matches!(control, Control::Motion(_)))
         };
         let (method, reason) = match self {
+            Method::Auto if legs.iter().any(Leg::is_steady) => {
+                (Method::Newton, "the sweeps of Seidel's iteration know no steady rolling")
+            }
             Method::Auto if elements[0] * elements[1] <= 36 && prescribed() => (
                 Method::Seidel,
                 "so few elements are swept through faster than a linear system is set up",

@@ -9,7 +9,7 @@ use crate::influence::{Components, Dense, Mirror};
 use crate::model::{
     Control, Method, Numerics, PerDof, Projection, Scene, SceneError, Status, WorkDone, refuse,
 };
-use crate::path::{Departure, Increment, certify_increment, in_units};
+use crate::path::{Certifying, Departure, Increment, certify_increment, in_units};
 use crate::problem::{Operator, Operators, Problem, Stage};
 use crate::solver::{self, Conditions, Iterate, Start, Stop, StopRule, newton};
 
@@ -125,7 +125,7 @@ impl<'a> Seeker<'a> {
             let leg_departure = self.departure;
             for increment in 1..=leg.increments {
                 self.target =
-                    leg.increment(increment, &leg_departure.motion, &leg_departure.resultants);
+                    leg.increment(increment, &leg_departure.motion, &leg_departure.resultants, 0.0);
                 self.controls = in_units(&self.target, &self.problem);
                 if number + 1 == legs.len() && increment == leg.increments {
                     return Ok(start);
@@ -138,9 +138,9 @@ impl<'a> Seeker<'a> {
                     &Conditions { controls: &self.controls, start: &start, rule: &rule },
                 );
                 self.count(&iterate);
-                let Increment { status, mut outcome, slip, .. } = certify_increment(
+                let Increment { status, mut outcome, left, .. } = certify_increment(
                     &self.problem,
-                    &self.certifying,
+                    Certifying { elastic: &self.certifying, steady: None },
                     &iterate,
                     &self.target,
                     &self.departure,
@@ -158,7 +158,7 @@ impl<'a> Seeker<'a> {
                         leg.step, leg.increments
                     ));
                 }
-                self.problem.remember(&iterate.p, &slip, &iterate.motion);
+                self.problem.remember(&left, &iterate.motion);
                 start = Start { p: iterate.p, motion: iterate.motion };
             }
         }
@@ -403,7 +403,7 @@ impl<'a> Seeker<'a> {
         let tolerance = self.numerics.tolerance.min(LOOSEST);
         let Increment { status, outcome, fields, .. } = certify_increment(
             &self.problem,
-            &self.certifying,
+            Certifying { elastic: &self.certifying, steady: None },
             &polished,
             &self.target,
             &self.departure,

@@ -2,15 +2,15 @@
 
 use std::ops::ControlFlow;
 
-use super::increment::{Departure, Increment, certify_increment, in_units};
+use super::increment::{Certifying, Departure, Increment, certify_increment, in_units};
 use super::watched::SolvedIncrement;
 use crate::assess::estimate::{self, PathSolution};
 use crate::common::Cancellation;
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
 use crate::model::{
-    Effect, Estimate, Fields, Hertz, Leg, Level, Mesh, Method, Numerics, Outcome, PerDof,
-    RailContact, Scene, SceneError, Status, StepOutcome, WorkDone,
+    Dof, Effect, Estimate, Fields, Hertz, Leg, Level, Mesh, Method, Motion, Numerics, Outcome,
+    PerDof, RailContact, RollingDirection, Scene, SceneError, Status, StepOutcome, WorkDone,
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
 use crate::punch::{Gap, PlacedWheel, Surfaces};
@@ -80,6 +80,7 @@ fn follow(
         stages: effects.stages(scene),
         certified: certified(&effects),
         increments: increments(scene),
+        element: problem.grid.hx() * problem.scale.length,
         cancellation: &cancellation,
     };
     let method = numerics.method.chosen(&scene.loading, elements).method;
@@ -132,6 +133,8 @@ struct PathSetup<'a> {
     certified: Components,
     /// The increments of the path, in order.
     increments: Vec<LegIncrement>,
+    /// The length of an element along x on the grid that was asked for \[m\].
+    element: f64,
     /// The request to give up.
     cancellation: &'a Cancellation,
 }
@@ -145,6 +148,26 @@ impl PathSetup<'_> {
             cancellation: Some(self.cancellation),
         }
     }
+
+    /// Returns the way that an increment of a leg rolls on the grid of `problem`, if it rolls. On
+    /// coarser grids a path goes as far in each increment, and what is steady as many elements.
+    fn roll(&self, leg: &Leg, problem: &Problem) -> Option<Roll> {
+        let rolling = leg.rolling?;
+        let distance = rolling.distance.unwrap_or(self.element);
+        let is_steady = leg.is_steady();
+        let element = problem.grid.hx() * problem.scale.length;
+        let share = if is_steady { element / self.element } else { 1.0 };
+        Some(Roll { distance: distance * share, direction: rolling.direction, is_steady })
+    }
+}
+
+/// The way that an increment rolls.
+#[derive(Clone, Copy)]
+struct Roll {
+    /// The distance \[m\].
+    distance: f64,
+    direction: RollingDirection,
+    is_steady: bool,
 }
 
 /// One increment of a leg.
@@ -221,8 +244,17 @@ impl Path {
         if *number == 1 {
             self.leg_departure = self.departure;
         }
-        let target =
-            leg.increment(*number, &self.leg_departure.motion, &self.leg_departure.resultants);
+        let roll = setup.roll(leg, &self.problem);
+        let steady = roll.and_then(|roll| self.roll(roll, operators));
+        if roll.is_none() {
+            self.problem.steady = None;
+        }
+        let target = leg.increment(
+            *number,
+            &self.leg_departure.motion,
+            &self.leg_departure.resultants,
+            roll.map_or(0.0, |roll| roll.distance),
+        );
         let controls = in_units(&target, &self.problem);
         let iterate = solver::solve(
             method,
@@ -231,9 +263,9 @@ impl Path {
             &setup.stages,
             &Conditions { controls: &controls, start: &self.start, rule },
         );
-        let Increment { status, mut outcome, fields, slip } = certify_increment(
+        let Increment { status, mut outcome, fields, left } = certify_increment(
             &self.problem,
-            &self.operator,
+            Certifying { elastic: &self.operator, steady: steady.as_ref() },
             &iterate,
             &target,
             &self.departure,
@@ -244,9 +276,52 @@ impl Path {
             Departure { motion: outcome.motion, resultants: outcome.observables.resultants() };
         self.steps.push(outcome);
         self.fields = fields;
-        self.problem.remember(&iterate.p, &slip, &iterate.motion);
         self.start = Start { p: iterate.p, motion: iterate.motion };
+        if roll.is_some() {
+            self.count_anew();
+        }
+        self.problem.remember(&left, &self.start.motion);
         status
+    }
+
+    /// Prepares the next increment for rolling. Returns the operator that certifies it, if it is a
+    /// steady one with tangential tractions.
+    fn roll(&mut self, roll: Roll, operators: &mut Operators) -> Option<Operator> {
+        self.count_anew();
+        let distance = roll.direction.sign() * roll.distance / self.problem.scale.length;
+        let components = self.operator.influence.components();
+        let mut rolling = || {
+            self.problem.steady = Some(distance);
+            let without_mirror = self
+                .problem
+                .reduced(components, Mirror::NONE, None)
+                .expect("without a mirror plane there is nothing to refuse");
+            operators.of(&without_mirror)
+        };
+        let mut before = vec![0.0; self.start.p.len()];
+        let mut steady = None;
+        if components != Components::NORMAL && roll.is_steady {
+            steady = Some(rolling());
+        } else if components != Components::NORMAL && !self.steps.is_empty() {
+            // The material was ahead of where it is, under the tractions that the path has left.
+            let (rolling, p) = (rolling(), &self.start.p);
+            let mut rolled = before.clone();
+            self.operator.apply(&mut before, p, &mut self.operator.scratch());
+            rolling.apply(&mut rolled, p, &mut rolling.scratch());
+            before.iter_mut().zip(rolled).for_each(|(before, rolled)| *before -= rolled);
+        }
+        self.problem.steady = roll.is_steady.then_some(distance);
+        self.problem.remember(&before, &PerDof::all(0.0));
+        steady
+    }
+
+    /// Lets the shifts and the twist of the punch count from where it is.
+    fn count_anew(&mut self) {
+        let mut motion = self.departure.motion.per_dof();
+        for dof in Dof::TANGENTIAL {
+            (motion[dof], self.start.motion[dof]) = (0.0, 0.0);
+        }
+        self.departure.motion = Motion::from_per_dof(motion);
     }
 
     /// Returns the last increment with its `status`, as it is shown to a watcher.

@@ -1,7 +1,7 @@
 //! One increment of a path: from the controls, by way of a solver's iterate, to a certified
 //! outcome.
 
-use crate::assess::{certify, fields, observables, states, transform_error};
+use crate::assess::{certify, elastic_energy, fields, observables, states, transform_error};
 use crate::common::parallel;
 use crate::model::{
     Certificate, Control, Dof, Fields, Motion, Observables, PerDof, Status, Step, StepOutcome,
@@ -27,8 +27,17 @@ pub(crate) struct Increment {
     pub(crate) outcome: StepOutcome,
     /// The fields at its end, in SI units.
     pub(crate) fields: Fields,
-    /// The gap and the slip w = A p − f, in the problem's units, three blocks [n | x | y].
-    pub(crate) slip: Vec<f64>,
+    /// The displacements (εI + A) p, in the problem's units, three blocks [n | x | y].
+    pub(crate) left: Vec<f64>,
+}
+
+/// The operators without mirror planes that certify an increment.
+#[derive(Clone, Copy)]
+pub(crate) struct Certifying<'a> {
+    /// The operator A.
+    pub(crate) elastic: &'a Operator,
+    /// The operator of an increment that rolls steadily.
+    pub(crate) steady: Option<&'a Operator>,
 }
 
 /// Converts controls from SI units to the problem's units.
@@ -40,22 +49,34 @@ pub(crate) fn in_units(target: &PerDof<Control>, problem: &Problem) -> PerDof<Co
     })
 }
 
-/// Certifies an iterate with `operator`, which has no mirror planes, also against `target` \[SI\],
-/// and derives the results: the status, the figures, the fields and w = A p − f.
+/// Certifies an iterate, also against `target` \[SI\], and derives the results: the status, the
+/// figures, the fields and the displacements.
 pub(crate) fn certify_increment(
     problem: &Problem,
-    operator: &Operator,
+    Certifying { elastic, steady }: Certifying<'_>,
     iterate: &Iterate,
     target: &PerDof<Control>,
     departure: &Departure,
     tolerance: f64,
 ) -> Increment {
     let p = &iterate.p;
-    let diagonal = operator.table.diagonals();
-    // A component that the operator does not have does not move against the punch.
-    let mut displacement = problem.f.clone();
-    let acting = operator.influence.components().len() * problem.grid.len();
-    operator.apply(&mut displacement[..acting], &p[..acting], &mut operator.scratch());
+    let components = elastic.influence.components();
+    let acting = components.len() * problem.grid.len();
+    let mut transform = 0.0;
+    let mut apply = |operator: &Operator| {
+        // A component that the operator does not have does not move against the punch.
+        let mut displacement = problem.f.clone();
+        operator.apply(&mut displacement[..acting], &p[..acting], &mut operator.scratch());
+        let sum = |e: usize| operator.displacement_at(e, &p[..acting]);
+        let error =
+            transform_error(sum, &problem.grid, components, &p[..acting], &displacement[..acting]);
+        transform = f64::max(transform, error);
+        displacement
+    };
+    let mut left = apply(elastic);
+    let rolled = steady.map(apply);
+    let displacement = rolled.as_ref().unwrap_or(&left);
+    let diagonal = steady.unwrap_or(elastic).diagonals();
     let k = problem.grid.len();
     let mut w = vec![0.0; p.len()];
     let nx = problem.grid.nx();
@@ -70,20 +91,16 @@ pub(crate) fn certify_increment(
     let units = problem.scale.motions();
     let motion = Motion::from_per_dof(PerDof::from_fn(|dof| iterate.motion[dof] * units[dof]));
     let (motions, motions_before) = (motion.per_dof(), departure.motion.per_dof());
-    let (forces, forces_before) = (observables.resultants(), departure.resultants);
+    let (forces, mut forces_before) = (observables.resultants(), departure.resultants);
+    if steady.is_some() {
+        observables.energy = elastic_energy(problem, p, |row| left[row]);
+        Dof::TANGENTIAL.into_iter().for_each(|dof| forces_before[dof] = forces[dof]);
+    }
     observables.external_work = Dof::ALL
         .into_iter()
         .map(|dof| 0.5 * (forces[dof] + forces_before[dof]) * (motions[dof] - motions_before[dof]))
         .sum();
-    let mut certificate = certify(problem, p, &displacement, diagonal, &observables, target);
-    let components = operator.influence.components();
-    let transform = transform_error(
-        &operator.table,
-        &problem.grid,
-        components,
-        &p[..acting],
-        &displacement[..acting],
-    );
+    let mut certificate = certify(problem, p, displacement, diagonal, &observables, target);
     certificate.residual = certificate.residual.max(transform);
     let status = if iterate.stop.is_solution() && certificate.meets(tolerance) {
         Status::Certified
@@ -100,7 +117,9 @@ pub(crate) fn certify_increment(
         route: iterate.route,
         ..StepOutcome::default()
     };
-    Increment { status, outcome, fields: fields(problem, p, &w, &states), slip: w }
+    let fields = fields(problem, p, &w, &states);
+    left.iter_mut().zip(p).for_each(|(left, p)| *left += problem.epsilon * p);
+    Increment { status, outcome, fields, left }
 }
 
 /// Says why an iterate is no solution, in words with figures.

@@ -80,6 +80,15 @@ pub enum FrictionProblemError {
         /// The number of elements at the ceiling.
         elements: u64,
     },
+    /// The compliances of the increment are not those of the bodies alone.
+    #[error(
+        "increment {number} rolls steadily: its slip depends on what lies ahead, for which a \
+         problem of friction has no compliances"
+    )]
+    Steady {
+        /// The number of the increment.
+        number: u64,
+    },
     /// The increment has no solution.
     #[error("increment {number} is not certified, so that there is no solution to write")]
     Uncertified {
@@ -123,6 +132,9 @@ impl SolvedIncrement<'_> {
         let Self { problem, tractions, .. } = *self;
         if !self.is_certified {
             return Err(FrictionProblemError::Uncertified { number: self.number });
+        }
+        if problem.steady.is_some() {
+            return Err(FrictionProblemError::Steady { number: self.number });
         }
         let capped = self.outcome.observables.ceiling_elements;
         if capped > 0 {

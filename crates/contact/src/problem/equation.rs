@@ -9,6 +9,12 @@
 //! Along a path f₁ = δ + tilt terms − g₀ and f_t = (rigid motion since the increment before) +
 //! (εp + Ap)_t of that increment, so that w_t is the slip increment. A punch that is held still
 //! therefore keeps its tractions, for ε > 0 as well.
+//!
+//! A contact that rolls goes on along x while the material passes through it. What an element slips
+//! is the difference between its displacement and that which the material had before, when it was a
+//! rolled distance ahead in the contact. On a path that displacement is known and part of f_t;
+//! where the rolling is [steady](Problem::steady) it is that of the same tractions, and part of the
+//! operator.
 
 use std::ops::Range;
 
@@ -22,7 +28,8 @@ use crate::foundation::{Bodies, relative_bodies};
 use crate::grid::{Grid, GridError};
 use crate::influence::{Components, Diagonals, Direction, Mirror, MirrorError, weighted_images};
 use crate::model::{
-    Dof, Numerics, PerDof, Projection, Scene, SceneError, rigid_displacement, rigid_modes,
+    Dof, Leg, Method, Numerics, PerDof, Projection, Scene, SceneError, refuse, rigid_displacement,
+    rigid_modes,
 };
 use crate::punch::{Gap, Surfaces, domain_under};
 
@@ -55,6 +62,10 @@ pub struct Problem {
     /// The part of f without rigid motion: −g₀, and tangentially the displacement that the
     /// increment before left behind.
     rest: Vec<f64>,
+    /// The distance along x, with its sign, by which the contact goes on in an increment that rolls
+    /// steadily, in units of ℓ. The tangential rows of its operator are those of A minus the same
+    /// so far ahead. `None` for every other increment, of which the past is a part of f.
+    pub steady: Option<f64>,
     /// The fact that the punch goes on beyond Ω, so that contact at its edge is cut off.
     pub open_edge: bool,
     /// The units of the problem.
@@ -74,13 +85,40 @@ pub(crate) struct OperatorKey {
     projection: Projection,
     components: Components,
     mirror: Mirror,
+    steady: Option<f64>,
 }
 
 impl OperatorKey {
     /// Returns whether operators of both can be made of one table, if it has their components.
     pub(crate) fn shares_table(&self, other: &Self) -> bool {
-        Self { components: other.components, mirror: other.mirror, ..self.clone() } == *other
+        let Self { components, mirror, steady, .. } = *other;
+        Self { components, mirror, steady, ..self.clone() } == *other
     }
+
+    /// Returns the distance by which a contact goes on that rolls steadily.
+    pub(crate) fn steady(&self) -> Option<f64> {
+        self.steady
+    }
+}
+
+/// Refuses settings under which a contact cannot roll.
+fn check_rolling(scene: &Scene, numerics: &Numerics) -> Result<(), SceneError> {
+    let legs = scene.loading.legs();
+    if numerics.epsilon > 0.0 && legs.iter().any(|leg| leg.rolling.is_some()) {
+        return Err(refuse(
+            "epsilon",
+            numerics.epsilon,
+            "must be 0 in a scene that rolls: the regularisation knows no places between elements",
+        ));
+    }
+    if numerics.method == Method::Seidel && legs.iter().any(Leg::is_steady) {
+        return Err(refuse(
+            "method",
+            "seidel",
+            "must be \"newton\" in a scene that rolls steadily, which the sweeps do not know",
+        ));
+    }
+    Ok(())
 }
 
 impl Problem {
@@ -165,6 +203,7 @@ impl Problem {
         if let Some(value) = rest[..k].iter().find(|value| !value.is_finite()) {
             return Err(scale::out_of_range("punch.shape", *value));
         }
+        check_rolling(scene, numerics)?;
         scale::check_operator(&bodies, &grid, numerics.projection)?;
         scale::check_loads(scene, numerics, &scale, &grid, &rest)?;
         // A clone would touch the zeros too.
@@ -183,6 +222,7 @@ impl Problem {
             ceiling: numerics.ceiling.map_or(f64::INFINITY, |u| u * scale.compliance),
             f,
             rest,
+            steady: None,
             open_edge: layout.open_edge,
             scale,
         })
@@ -215,6 +255,7 @@ impl Problem {
             mu: self.mu,
             epsilon: self.epsilon,
             ceiling: self.ceiling,
+            steady: self.steady,
             open_edge: self.open_edge,
             scale: self.scale,
         })
@@ -286,9 +327,9 @@ impl Problem {
         self.rest[element]
     }
 
-    /// Makes the tractions `p` at `motion`, with `w` = A p − f, the state from which the next
-    /// increment starts. The function leaves f as it is.
-    pub fn remember(&mut self, p: &[f64], w: &[f64], motion: &PerDof<f64>) {
+    /// Makes the displacements `left` = (εI + A) p at `motion` those from which the next increment
+    /// starts. The function leaves f as it is.
+    pub fn remember(&mut self, left: &[f64], motion: &PerDof<f64>) {
         let (k, nx, grid) = (self.grid.len(), self.grid.nx(), &self.grid);
         for (block, c) in self
             .components
@@ -304,7 +345,7 @@ impl Problem {
                     let row = block * k + j * nx + i;
                     let [x, y] = grid.center_of(i, j);
                     let moved = rigid_displacement(x, y, motion)[c];
-                    *rest = self.epsilon * p[row] + w[row] + self.f[row] - moved;
+                    *rest = left[row] - moved;
                 }
             });
         }
@@ -379,6 +420,8 @@ impl Problem {
             mask: self.whole_grid().mask().map(<[bool]>::to_vec),
             elasticity: self.elasticity.clone(),
             projection: self.projection,
+            // The normal rows are those of A.
+            steady: self.steady.filter(|_| self.components != Components::NORMAL),
         }
     }
 

@@ -6,14 +6,20 @@ use std::sync::Arc;
 
 use super::equation::{OperatorKey, Problem};
 use crate::common::Cancellation;
-use crate::influence::{Circulant, Influence, InfluenceTable, Mirror, Scratch, Toeplitz};
+use crate::influence::{
+    Circulant, Components, Diagonals, Influence, InfluenceTable, Mirror, RollingTables,
+    RollingToeplitz, Scratch, Toeplitz,
+};
 
 /// The operator of a problem, for its components and on its side of mirror planes, with the
-/// coefficients of which it is made.
+/// coefficients of which it is made: A, or in steady rolling the operator whose tangential rows are
+/// those of A minus the same a rolled distance ahead.
 #[derive(Clone)]
 pub struct Operator {
     /// The influence coefficients of every offset of the whole grid.
     pub table: Arc<InfluenceTable>,
+    /// The coefficients of the tangential rows in steady rolling.
+    pub(crate) rolled: Option<Arc<InfluenceTable>>,
     /// The operator as a product with a field.
     pub influence: Arc<dyn Influence>,
     /// The circulants near the operator's diagonal blocks, for preconditioning.
@@ -21,6 +27,62 @@ pub struct Operator {
 }
 
 impl Operator {
+    /// Makes the operator of these tables on a window, or on all of a problem's part of the grid.
+    fn new(
+        table: Arc<InfluenceTable>,
+        rolled: Option<Arc<InfluenceTable>>,
+        components: Components,
+        mirror: Mirror,
+        window: Option<[usize; 2]>,
+    ) -> (Self, usize) {
+        let (influence, circulant, bytes): (Arc<dyn Influence>, Circulant, usize);
+        match (&rolled, window) {
+            (None, None) => {
+                let toeplitz = Toeplitz::of(&table, components, mirror);
+                circulant = Circulant::of(&table, components, mirror);
+                (bytes, influence) = (toeplitz.bytes(), Arc::new(toeplitz));
+            }
+            (None, Some(size)) => {
+                let toeplitz = Toeplitz::within(&table, components, mirror, size);
+                circulant = Circulant::within(&table, components, mirror, size);
+                (bytes, influence) = (toeplitz.bytes(), Arc::new(toeplitz));
+            }
+            (Some(rolled), _) => {
+                let tables = RollingTables { still: &table, rolled };
+                let rolling = match window {
+                    None => RollingToeplitz::of(tables, components, mirror),
+                    Some(size) => RollingToeplitz::within(tables, components, mirror, size),
+                };
+                let size = [rolling.grid().nx(), rolling.grid().ny()];
+                circulant = Circulant::rolling(tables, components, mirror, size);
+                (bytes, influence) = (rolling.bytes(), Arc::new(rolling));
+            }
+        }
+        let bytes = bytes + circulant.bytes();
+        (Self { table, rolled, influence, circulant: Arc::new(circulant) }, bytes)
+    }
+
+    /// Returns the diagonal entries by which a natural map divides. In steady rolling the
+    /// tangential one is the largest of its coefficients.
+    pub fn diagonals(&self) -> Diagonals {
+        let diagonals = self.table.diagonals();
+        match &self.rolled {
+            None => diagonals,
+            Some(rolled) => Diagonals { tangential: rolled.largest_tangential(), ..diagonals },
+        }
+    }
+
+    /// Returns the displacement (n, x, y) of the element `receiver` under the tractions `p`, added
+    /// up element by element, on a grid without mirror planes.
+    pub(crate) fn displacement_at(&self, receiver: usize, p: &[f64]) -> [f64; 3] {
+        let components = self.influence.components();
+        match &self.rolled {
+            None => self.table.displacement_at(receiver, components, p),
+            Some(rolled) => RollingTables { still: &self.table, rolled }
+                .displacement_at(receiver, components, p),
+        }
+    }
+
     /// Computes out = A p.
     pub(crate) fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
         self.influence.apply(out, p, scratch);
@@ -30,11 +92,8 @@ impl Operator {
     /// mask. If there are mirror planes, the window must begin at them.
     pub(crate) fn within(&self, size: [usize; 2], mirror: Mirror) -> Self {
         let components = self.influence.components();
-        Self {
-            table: Arc::clone(&self.table),
-            influence: Arc::new(Toeplitz::within(&self.table, components, mirror, size)),
-            circulant: Arc::new(Circulant::within(&self.table, components, mirror, size)),
-        }
+        let (table, rolled) = (Arc::clone(&self.table), self.rolled.clone());
+        Self::new(table, rolled, components, mirror, Some(size)).0
     }
 
     /// Makes the memory for applications.
@@ -99,11 +158,18 @@ impl Operators {
                 components,
             )),
         };
-        let toeplitz = Toeplitz::of(&table, components, mirror);
-        let circulant = Circulant::of(&table, components, mirror);
-        let bytes = toeplitz.bytes() + circulant.bytes();
-        let operator =
-            Operator { table, influence: Arc::new(toeplitz), circulant: Arc::new(circulant) };
+        let rolled = key.steady().map(|distance| {
+            let has = |kept: &KeptOperator| {
+                kept.key.shares_table(&key)
+                    && kept.key.steady() == Some(distance)
+                    && Arc::ptr_eq(&kept.operator.table, &table)
+            };
+            let kept = self.kept.iter().find(|kept| has(kept));
+            kept.and_then(|kept| kept.operator.rolled.clone()).unwrap_or_else(|| {
+                Arc::new(table.rolled(&problem.elasticity, problem.projection, distance))
+            })
+        });
+        let (operator, bytes) = Operator::new(table, rolled, components, mirror, None);
         self.kept.push(KeptOperator { key, operator: operator.clone(), bytes });
         while self.bytes() > self.budget && self.kept.len() > 1 {
             self.kept.remove(0);
@@ -116,7 +182,8 @@ impl Operators {
         let tables: BTreeMap<_, usize> = self
             .kept
             .iter()
-            .map(|kept| (Arc::as_ptr(&kept.operator.table), kept.operator.table.bytes()))
+            .flat_map(|kept| std::iter::once(&kept.operator.table).chain(&kept.operator.rolled))
+            .map(|table| (Arc::as_ptr(table), table.bytes()))
             .collect();
         self.kept.iter().map(|kept| kept.bytes).sum::<usize>() + tables.into_values().sum::<usize>()
     }
@@ -154,6 +221,7 @@ mod tests {
                 let circulant = Arc::new(Circulant::of(&table, components, mirror));
                 let operator = Operator {
                     table: Arc::clone(&table),
+                    rolled: None,
                     influence: Arc::new(influence),
                     circulant,
                 };

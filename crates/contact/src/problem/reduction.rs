@@ -259,6 +259,9 @@ impl Effects {
 /// symmetric pressure, and without it like the tangential load. The result is `None` if they do
 /// neither.
 fn image(scene: &Scene, effects: &Effects, axis: usize) -> Option<Symmetry> {
+    if axis == 0 && scene.loading.legs().iter().any(|leg| leg.rolling.is_some()) {
+        return None; // The leading edge is no image of the trailing one.
+    }
     let [x, y, twist] = tangential_loads(scene);
     let (along, across) = if axis == 0 { (x, y) } else { (y, x) };
     match (along || twist, across) {

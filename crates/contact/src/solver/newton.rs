@@ -55,7 +55,7 @@ pub(crate) fn solve(
     let initial = |dof: Dof| if governed.contains(&dof) { start.motion[dof] } else { targets[dof] };
     let mut motion = PerDof::from_fn(initial);
     let mut p = start.p.clone();
-    let diagonals = operator.table.diagonals();
+    let diagonals = operator.diagonals();
     // The certificate measures along another path of rounding.
     let target = 0.5 * rule.tolerance;
     let mut iterate = Iterate {
@@ -138,7 +138,7 @@ pub(super) fn stiffness(
     governed: &[Dof],
     rule: &StopRule<'_>,
 ) -> (faer::Mat<f64>, u64) {
-    let contact = Contact::of(problem, p, w, operator.table.diagonals());
+    let contact = Contact::of(problem, p, w, operator.diagonals());
     let mut local = None;
     let (window, inner) = contact.surroundings(problem, operator, &mut local);
     let mut linear = Linear::new(problem, inner, window, &contact, operator.scratch());
@@ -320,13 +320,12 @@ impl<'a> Linear<'a> {
         scratch: Scratch,
     ) -> Self {
         let free = Free::new(problem, window, &contact.elements);
-        let coefficient = operator.table.coefficient(0, 0);
         let len = free.field_len();
         Self {
             problem,
             operator,
             free,
-            diagonal: coefficient.xx.max(coefficient.yy) + problem.epsilon,
+            diagonal: operator.diagonals().tangential + problem.epsilon,
             borders: Borders::default(),
             field: vec![0.0; len],
             image: vec![0.0; len],

@@ -13,9 +13,9 @@
 //! | `punch` | `wheel_rail`, `height_maps`, `closed_forms` (shapes), `hard_cases` (chosen Ω) |
 //! | `influence` | `layered_influence`, `peers` (coefficients of layers) |
 //! | `problem` | `effects` (reductions), `laws` (units, shared operators), `hard_cases` (range) |
-//! | `solver` | `agreement`, `beyond_uniqueness`, `peers`, `hard_cases` |
+//! | `solver` | `agreement`, `beyond_uniqueness`, `peers`, `rolling`, `hard_cases` |
 //! | `assess` | `laws` (the certificate), `convergence` (norms, errors), `estimate` |
-//! | `path` | `paths`, `watched`, `peers` (histories), `hard_cases` (a cycle of 200 steps) |
+//! | `path` | `paths`, `watched`, `peers` and `rolling` (histories), `hard_cases` (a cycle of 200 steps) |
 //! | `uniqueness` | `uniqueness_lower`, `uniqueness_upper` |
 //! | `multiplicity` | `multiplicity` |
 //! | `forecast` | `laws` (a forecast refuses what the problem refuses) |
@@ -50,6 +50,8 @@ mod multiplicity;
 mod paths;
 /// Other programs have the same solutions of the same discrete problem.
 mod peers;
+/// Two other programs have the same states and paths of contacts that roll.
+mod rolling;
 /// Lower ends of the bracket of μ* meet a prototype, and their proofs stand.
 mod uniqueness_lower;
 /// Upper ends of the bracket of μ* are as low as known, and wrong witnesses are refused.

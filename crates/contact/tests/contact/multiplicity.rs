@@ -127,8 +127,7 @@ fn slipping_along(
         heights.iter_mut().zip(&off).for_each(|(height, off)| *height += off - approach);
     }
     assert!(rest <= 1e-12 * scale, "{rest:e} of {scale:e} is left");
-    let w: Vec<f64> = f.iter().zip(&problem.f).map(|(f, rest)| f - rest).collect();
-    problem.remember(&vec![0.0; 3 * k], &w, &PerDof::all(0.0));
+    problem.remember(&f, &PerDof::all(0.0));
     (problem, PerDof::new([approach, 0.0, 0.0, 0.0, 0.0, 0.0]).map(Control::Motion))
 }
 

@@ -567,7 +567,7 @@ prop_compose! {
         let [[shift_x, force_x], [shift_y, force_y]] = shift;
         let [[tilt_x, moment_x], [tilt_y, moment_y], [twist, moment_z]] = turn;
         let normal_force = normal_force.map(|force: f64| force.abs() + 1e-3);
-        Step { approach, normal_force, shift_x, force_x, shift_y, force_y, tilt_x, moment_x, tilt_y, moment_y, twist, moment_z, increments }
+        Step { approach, normal_force, shift_x, force_x, shift_y, force_y, tilt_x, moment_x, tilt_y, moment_y, twist, moment_z, increments, rolling: None }
     }
 }
 

@@ -95,6 +95,7 @@ fn step() -> impl Strategy<Value = Step> {
             twist: z[0],
             moment_z: z[1],
             increments,
+            rolling: None,
         },
     )
 }

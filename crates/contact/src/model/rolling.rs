@@ -1,0 +1,157 @@
+//! The rolling of a step: creepages and spin, the way that the contact travels, and the history
+//! that it meets.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::{SceneError, finite, is_zero, positive, refuse};
+use super::rigid::Dof;
+
+/// The rolling of a step. In each increment the contact travels along x over both surfaces, and the
+/// punch moves sideways by the creepages times the distance travelled. The tractions of the
+/// increment before stay in the frame that moves along, while the material passes through it.
+///
+/// Creepages and spin are the velocity of the foundation relative to the punch, as rigid bodies,
+/// over the rolling speed, so that the foundation slips by W = q (ξ − φy, η + φ(x − x₀)) over a
+/// distance q if nothing deforms. A component that is not given is governed by its force or moment,
+/// if the step or one before prescribes that, and 0 otherwise. The shifts and the twist of
+/// an increment that rolls count from its beginning, and those after it from its end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rolling {
+    /// The longitudinal creepage ξ \[1\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub creepage_x: Option<f64>,
+    /// The lateral creepage η \[1\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub creepage_y: Option<f64>,
+    /// The spin φ \[rad/m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spin: Option<f64>,
+    /// The x about which the given spin turns, x₀ \[m\].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub spin_center: f64,
+    /// The way that the contact travels.
+    #[serde(default)]
+    pub direction: RollingDirection,
+    /// The distance that the contact travels in an increment > 0 \[m\]; `None` is the length of one
+    /// element.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance: Option<f64>,
+    /// The history that the material has which enters the contact.
+    pub history: RollingHistory,
+}
+
+/// The way that the contact travels over both surfaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RollingDirection {
+    /// The contact travels towards +x, where its leading edge is.
+    #[default]
+    Forward,
+    /// The contact travels towards −x.
+    Backward,
+}
+
+/// The tractions of the increment before a rolling one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RollingHistory {
+    /// The tractions are the same as after the increment, which is the limit of a long way.
+    Steady,
+    /// The tractions are those that the path has left.
+    Transient,
+}
+
+impl RollingDirection {
+    /// Returns the sign of the way along x.
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Forward => 1.0,
+            Self::Backward => -1.0,
+        }
+    }
+}
+
+impl Rolling {
+    /// The names of the creepages and the spin, in the order of [`Dof::TANGENTIAL`].
+    const NAMES: [&str; 3] = ["creepage_x", "creepage_y", "spin"];
+
+    /// Returns the creepages and the spin that are given, in the order of [`Dof::TANGENTIAL`].
+    fn given(&self) -> [Option<f64>; 3] {
+        [self.creepage_x, self.creepage_y, self.spin]
+    }
+
+    /// Returns the motion of the punch in a tangential degree of freedom per distance travelled
+    /// that the creepages prescribe: `None` if none is given for it.
+    pub(super) fn rate(&self, dof: Dof) -> Option<f64> {
+        let index = Dof::TANGENTIAL.into_iter().position(|tangential| tangential == dof)?;
+        self.given()[index].map(|_| self.default_rate(dof))
+    }
+
+    /// Returns the motion of the punch in a tangential degree of freedom per distance travelled,
+    /// with 0 for a creepage that is not given.
+    pub(super) fn default_rate(&self, dof: Dof) -> f64 {
+        let [creepage_x, creepage_y, spin] = self.given().map(Option::unwrap_or_default);
+        // The punch moves against the foundation. A zero is to be a positive one.
+        0.0 - match dof {
+            Dof::ShiftX => creepage_x,
+            Dof::ShiftY => creepage_y - spin * self.spin_center,
+            Dof::Twist => spin,
+            Dof::Approach | Dof::TiltX | Dof::TiltY => 0.0,
+        }
+    }
+
+    /// Returns the same rolling with 0 in place of −0.
+    pub(super) fn normalised(&self) -> Self {
+        let positive = |value: Option<f64>| value.map(|value| value + 0.0);
+        Self {
+            creepage_x: positive(self.creepage_x),
+            creepage_y: positive(self.creepage_y),
+            spin: positive(self.spin),
+            spin_center: self.spin_center + 0.0,
+            ..*self
+        }
+    }
+
+    /// Refuses what cannot roll, for the step of this key with these `given` motions and forces in
+    /// the order of [`Dof::TANGENTIAL`].
+    pub(super) fn validate(
+        &self,
+        step: &str,
+        increments: u32,
+        given: [[Option<f64>; 2]; 3],
+        names: [[&str; 2]; 3],
+    ) -> Result<(), SceneError> {
+        let key = |name: &str| format!("{step}.rolling.{name}");
+        for (value, name) in self.given().into_iter().zip(Self::NAMES) {
+            if let Some(value) = value {
+                finite(&key(name), value)?;
+            }
+        }
+        finite(&key("spin_center"), self.spin_center)?;
+        if let Some(distance) = self.distance {
+            positive(&key("distance"), distance)?;
+        }
+        for (index, ([motion, force], [motion_name, force_name])) in
+            given.into_iter().zip(names).enumerate()
+        {
+            let name = Self::NAMES[index];
+            if let Some(value) = motion {
+                let expected = format!("cannot stand in a step that rolls: give `rolling.{name}`");
+                return Err(refuse(&format!("{step}.{motion_name}"), value, &expected));
+            }
+            if let (Some(value), Some(_)) = (force, self.given()[index]) {
+                let expected = format!("cannot stand beside `rolling.{name}`: give one of the two");
+                return Err(refuse(&format!("{step}.{force_name}"), value, &expected));
+            }
+        }
+        if self.history == RollingHistory::Steady && increments > 1 {
+            return Err(refuse(
+                &format!("{step}.increments"),
+                increments,
+                "must be 1 in a step that rolls steadily, which has no way to divide",
+            ));
+        }
+        Ok(())
+    }
+}
