@@ -12,6 +12,7 @@
 //! - `free`: the free components of a contact, the unknowns of Newton's method;
 //! - `newton`: the semismooth Newton method;
 //! - `seidel`: Alexandrov's Seidel iteration;
+//! - `rolling_in`: a path that leads into a steady state of rolling;
 //! - `load_control`: forces for a method that only knows prescribed motions;
 //! - `fallback`: Newton's method, and what is tried where it fails.
 
@@ -25,6 +26,7 @@ mod gmres;
 mod iterate;
 mod load_control;
 pub(crate) mod newton;
+mod rolling_in;
 pub mod seidel;
 mod vector;
 

@@ -155,6 +155,9 @@ pub enum Route {
     NewtonAndSeidel,
     /// Seidel's iteration, within a Newton iteration for the forces where there are any.
     Seidel,
+    /// Newton's method within one for the forces, with a path that rolls where it does not converge
+    /// to the steady state.
+    NewtonAndRolling,
 }
 
 impl Route {
@@ -165,6 +168,7 @@ impl Route {
             Route::NewtonWithinForces => "newton within forces",
             Route::NewtonAndSeidel => "newton and seidel",
             Route::Seidel => "seidel",
+            Route::NewtonAndRolling => "newton and rolling",
         }
     }
 }

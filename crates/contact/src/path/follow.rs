@@ -70,6 +70,7 @@ fn follow(
     numerics.validate()?;
     let gap = Gap::new(scene, surfaces)?;
     let problem = Problem::under(scene, numerics, &gap)?;
+    check_distances(scene, &problem)?;
     let elements = [problem.grid.nx(), problem.grid.ny()];
     let effects = Effects::of(scene, numerics, elements, surfaces)?;
     let cancellation = operators.cancellation().clone();
@@ -120,6 +121,32 @@ fn follow(
     let mut levels: Vec<Level> = ladder.iter().map(Path::level).collect();
     levels.sort_by_key(|level| level.elements.map(u64::from).iter().product::<u64>());
     Ok((Outcome { status, levels, steps: path.steps, hertz, rail, estimate }, path.fields))
+}
+
+/// The smallest part of an element that a contact goes on in steady rolling. From nearer, the mesh
+/// does not see a difference of displacements: with a hundredth Newton's method fails.
+const LEAST_DISTANCE: f64 = 0.1;
+
+/// Refuses steps that roll steadily by distances that the mesh does not resolve.
+fn check_distances(scene: &Scene, problem: &Problem) -> Result<(), SceneError> {
+    let element = problem.grid.hx() * problem.scale.length;
+    let least = LEAST_DISTANCE * element * (1.0 - 1e-9);
+    for leg in scene.loading.legs().iter().filter(|leg| leg.is_steady()) {
+        if let Some(distance) = leg.rolling.and_then(|rolling| rolling.distance)
+            && distance < least
+        {
+            return Err(SceneError {
+                key: format!("loading.steps[{}].rolling.distance", leg.step),
+                value: format!("{distance:e}"),
+                expected: format!(
+                    "must be at least a tenth of an element, {:e} m, in steady rolling: from \
+                     nearer the mesh does not see a difference",
+                    LEAST_DISTANCE * element
+                ),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The data that the solutions on all grids have in common.

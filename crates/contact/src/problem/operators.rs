@@ -96,6 +96,13 @@ impl Operator {
         Self::new(table, rolled, components, mirror, Some(size)).0
     }
 
+    /// Returns the operator A of the same components on the same part of the grid; `mirror` are its
+    /// planes.
+    pub(crate) fn still(&self, mirror: Mirror) -> Self {
+        let components = self.influence.components();
+        Self::new(Arc::clone(&self.table), None, components, mirror, None).0
+    }
+
     /// Makes the memory for applications.
     pub(crate) fn scratch(&self) -> Scratch {
         Scratch::new(&*self.influence)

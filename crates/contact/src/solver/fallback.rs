@@ -1,10 +1,10 @@
 //! Newton's method, and what is tried where it fails. If it does not converge, an outer iteration
 //! finds the motions that forces govern. If it does not converge with all motions prescribed, it
 //! takes turns with Seidel sweeps, which always bring the iterate nearer. In the end the sweeps run
-//! alone.
+//! alone. Where the contact rolls steadily, Newton's method takes turns with a path that leads there.
 
 use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
-use super::{load_control, newton, seidel};
+use super::{load_control, newton, rolling_in, seidel};
 use crate::influence::{Direction, Mirror};
 use crate::model::{Control, Dof, Route};
 use crate::problem::{Operator, Operators, Problem, Stage};
@@ -26,7 +26,9 @@ pub(super) fn solve(
         return direct;
     }
     let operator = operators.of(problem);
-    let second = load_control::solve(problem, &operator, conditions, prescribed);
+    // The sweeps know no steady rolling.
+    let inner = if problem.steady.is_some() { rolling_in::solve } else { prescribed };
+    let second = load_control::solve(problem, &operator, conditions, inner);
     adding_work(&direct, second)
 }
 
