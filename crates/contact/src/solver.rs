@@ -10,6 +10,7 @@
 //! - `vector`: sums of long vectors;
 //! - `gmres`: the Krylov method for linear systems;
 //! - `free`: the free components of a contact, the unknowns of Newton's method;
+//! - `trail`: tractions of a contact that rolls, summed from its leading edge;
 //! - `newton`: the semismooth Newton method;
 //! - `seidel`: Alexandrov's Seidel iteration;
 //! - `rolling_in`: a path that leads into a steady state of rolling;
@@ -28,6 +29,7 @@ mod load_control;
 pub(crate) mod newton;
 mod rolling_in;
 pub mod seidel;
+mod trail;
 mod vector;
 
 pub(crate) use iterate::{Conditions, Start};

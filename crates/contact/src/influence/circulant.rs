@@ -5,13 +5,9 @@
 //! 766–771, doi:10.1137/0909051), in both directions: it lives on a torus of the grid's own size,
 //! and is positive definite where the block is.
 
-use realfft::num_complex::Complex;
-
 use super::components::{Components, Direction, Entry};
-use super::matrix_symbols::MatrixSymbols;
 use super::mirror::Mirror;
 use super::operator::Scratch;
-use super::rolling::RollingTables;
 use super::symbols::Symbols;
 use super::table::InfluenceTable;
 use super::torus::Torus;
@@ -22,22 +18,8 @@ use super::torus::Torus;
 pub struct Circulant {
     torus: Torus,
     /// The eigenvalues of the circulant of each component.
-    eigenvalues: Vec<Eigenvalues>,
+    eigenvalues: Vec<Symbols>,
 }
-
-/// The eigenvalues of the circulant of a component.
-#[derive(Clone, Debug)]
-enum Eigenvalues {
-    /// Those of a block of A, which are positive.
-    Real(Symbols),
-    /// Those of a block of what rolls. Their real parts are positive where the block's symmetric
-    /// part is positive definite.
-    Complex(MatrixSymbols),
-}
-
-/// The share of the largest eigenvalue that each has at least, because collocation is not quite
-/// positive definite.
-const LEAST: f64 = 1e-6;
 
 impl Circulant {
     /// Computes the circulants of all of the table's components.
@@ -106,47 +88,9 @@ impl Circulant {
             .directions()
             .map(|direction: Direction| {
                 let mut eigenvalues = Symbols::new(&torus, &[direction], extent, value);
-                eigenvalues.raise_to(LEAST);
-                Eigenvalues::Real(eigenvalues)
-            })
-            .collect();
-        Self { torus, eigenvalues }
-    }
-
-    /// Computes the circulants of a contact that rolls steadily, for a window of so many elements
-    /// as [`within`](Self::within) does.
-    ///
-    /// # Panics
-    /// If the tables do not hold the coefficients, or are smaller, or x is mirrored.
-    pub(crate) fn rolling(
-        tables: RollingTables<'_>,
-        components: Components,
-        mirror: Mirror,
-        size: [usize; 2],
-    ) -> Self {
-        let whole = mirror.whole_size(size);
-        let torus = Torus::new(whole, mirror, false);
-        let wraps = |i: usize, n: usize| {
-            [(i as i64, (n - i) as f64 / n as f64), (i as i64 - n as i64, i as f64 / n as f64)]
-                .into_iter()
-                .filter(|(_, share)| *share > 0.0)
-        };
-        let value = |directions: [Direction; 2], i: usize, j: usize| {
-            wraps(j, whole[1])
-                .map(|(dj, wy)| {
-                    wy * wraps(i, whole[0])
-                        .map(|(di, wx)| wx * tables.coefficient(directions, di, dj))
-                        .sum::<f64>()
-                })
-                .sum::<f64>()
-        };
-        let eigenvalues = components
-            .directions()
-            .map(|direction: Direction| {
-                let extent = whole[1] / 2 + 1;
-                let mut eigenvalues = MatrixSymbols::new(&torus, &[direction], extent, value);
-                eigenvalues.raise_to(LEAST);
-                Eigenvalues::Complex(eigenvalues)
+                // Collocation is not quite positive definite.
+                eigenvalues.raise_to(1e-6);
+                eigenvalues
             })
             .collect();
         Self { torus, eigenvalues }
@@ -168,28 +112,14 @@ impl Circulant {
         for ((out, block), eigenvalues) in
             out.chunks_exact_mut(size).zip(field.chunks_exact(size)).zip(&self.eigenvalues)
         {
-            match eigenvalues {
-                Eigenvalues::Real(symbols) => {
-                    let inverse = |[c]: [f64; 1]| [1.0 / (gain * (gain * c + epsilon))];
-                    self.torus.convolve::<1, 1>(symbols, inverse, None, out, block, scratch);
-                }
-                Eigenvalues::Complex(symbols) => {
-                    let inverse =
-                        |[[c]]: [[Complex<f64>; 1]; 1]| [[(gain * (gain * c + epsilon)).inv()]];
-                    self.torus
-                        .convolve_by_matrices::<1>(symbols, inverse, None, out, block, scratch);
-                }
-            }
+            let inverse = |[c]: [f64; 1]| [1.0 / (gain * (gain * c + epsilon))];
+            self.torus.convolve::<1, 1>(eigenvalues, inverse, None, out, block, scratch);
         }
     }
 
     /// Returns the memory held, in bytes, the plans of the transforms left out.
     pub(crate) fn bytes(&self) -> usize {
-        let bytes = |eigenvalues: &Eigenvalues| match eigenvalues {
-            Eigenvalues::Real(symbols) => symbols.bytes(),
-            Eigenvalues::Complex(symbols) => symbols.bytes(),
-        };
-        self.eigenvalues.iter().map(bytes).sum()
+        self.eigenvalues.iter().map(Symbols::bytes).sum()
     }
 }
 
@@ -235,45 +165,6 @@ mod tests {
                     sum += share * solved[block * k + source];
                 }
                 assert!((sum - field[block * k + e]).abs() < 1e-12, "{entry:?} {e}");
-            }
-        }
-    }
-
-    /// The circulant of what rolls has the coefficients of both ways round, and is inverted exactly.
-    #[test]
-    fn inverts_the_circulant_of_what_rolls() {
-        let (nx, ny) = (6, 5);
-        let grid = Grid::new(nx, ny, 0.3, 0.4, [0.0; 2]).unwrap();
-        let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None);
-        let still = InfluenceTable::new(&grid, &bodies, Projection::Average);
-        let rolled = still.rolled(&bodies, Projection::Average, 0.2);
-        let tables = RollingTables { still: &still, rolled: &rolled };
-        let circulant = Circulant::rolling(tables, Components::ALL, Mirror::NONE, [nx, ny]);
-        let k = nx * ny;
-        let field: Vec<f64> = (0..3 * k).map(|e| (1.7 * e as f64).sin()).collect();
-        let mut solved = vec![0.0; 3 * k];
-        circulant.invert(&mut solved, &field, 0.0, &mut Scratch::for_elements(k));
-        for direction in Direction::ALL {
-            let block = direction as usize;
-            for e in 0..k {
-                let (i, j) = ((e % nx) as i64, (e / nx) as i64);
-                let mut sum = 0.0;
-                for source in 0..k {
-                    let (si, sj) = ((source % nx) as i64, (source / nx) as i64);
-                    for di in 1 - nx as i64..nx as i64 {
-                        for dj in 1 - ny as i64..ny as i64 {
-                            let meets = (i - si - di).rem_euclid(nx as i64) == 0
-                                && (j - sj - dj).rem_euclid(ny as i64) == 0;
-                            if meets {
-                                let share = (nx as i64 - di.abs()) * (ny as i64 - dj.abs());
-                                sum += share as f64 / k as f64
-                                    * tables.coefficient([direction; 2], di, dj)
-                                    * solved[block * k + source];
-                            }
-                        }
-                    }
-                }
-                assert!((sum - field[block * k + e]).abs() < 1e-12, "{direction:?} {e}");
             }
         }
     }

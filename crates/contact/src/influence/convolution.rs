@@ -69,12 +69,10 @@ impl Torus {
     }
 
     /// Computes out = the convolution of F fields, one for each of `symbols.directions`, with the
-    /// symbols, a matrix for each wavenumber. `entries` turns it into the one to multiply with.
-    /// With a `mask` only its elements count.
+    /// symbols, a matrix for each wavenumber. With a `mask` only its elements count.
     pub(crate) fn convolve_by_matrices<const F: usize>(
         &self,
         symbols: &MatrixSymbols,
-        entries: impl Fn([[Complex<f64>; F]; F]) -> [[Complex<f64>; F]; F] + Sync,
         mask: Option<&[bool]>,
         out: &mut [f64],
         p: &[f64],
@@ -85,7 +83,7 @@ impl Torus {
         let mut work = self.work(F, scratch);
         self.forward(p, mask, &directions, &mut work);
         self.multiply(&directions, &mut work, |column, wave| {
-            let matrix = |k: usize| entries(symbols.matrix(wave, k));
+            let matrix = |k: usize| symbols.matrix::<F>(wave, k);
             self.multiply_column::<F, 1, _>(&directions, column, matrix);
         });
         self.backward(out, mask, &directions, &mut work);

@@ -80,16 +80,6 @@ impl MatrixSymbols {
         std::array::from_fn(|row| std::array::from_fn(|entry| numbers[row * F + entry]))
     }
 
-    /// Moves every symbol that is nearer to zero than `share` of the largest away from it.
-    pub(crate) fn raise_to(&mut self, share: f64) {
-        let least = share * self.numbers.iter().map(|symbol| symbol.norm()).fold(0.0, f64::max);
-        for symbol in &mut self.numbers {
-            if symbol.re < least && symbol.norm() < least {
-                symbol.re = least;
-            }
-        }
-    }
-
     /// Returns the number of directions.
     pub(crate) fn fields(&self) -> usize {
         self.directions.len()

@@ -6,8 +6,8 @@ use super::components::Components;
 use crate::common::parallel;
 use crate::grid::Grid;
 
-/// A discretised influence operator: self-adjoint, and positive definite on Ω in the average
-/// projection.
+/// A discretised influence operator. A is self-adjoint, and positive definite on Ω in the average
+/// projection; the operator of steady rolling is not self-adjoint.
 ///
 /// Fields have one block as long as the grid for each of the operator's components, in the order n,
 /// x, y. The operator is M A M, where M is the restriction to Ω: tractions on masked elements are

@@ -24,7 +24,7 @@ pub(crate) struct RollingTables<'a> {
 
 impl RollingTables<'_> {
     /// Returns the displacement in one direction under unit traction in another at an offset.
-    pub(super) fn coefficient(&self, [displaced, loaded]: [Direction; 2], di: i64, dj: i64) -> f64 {
+    fn coefficient(&self, [displaced, loaded]: [Direction; 2], di: i64, dj: i64) -> f64 {
         let table = if displaced == Direction::N { self.still } else { self.rolled };
         let sign = if loaded == Direction::N && displaced != Direction::N { -1.0 } else { 1.0 };
         let column = (di + table.grid().nx() as i64 - 1) as usize;
@@ -135,9 +135,9 @@ impl Influence for RollingToeplitz {
             (out, out_left) = std::mem::take(&mut out_left).split_at_mut(len);
             (p, p_left) = p_left.split_at(len);
             match symbols.fields() {
-                1 => self.torus.convolve_by_matrices::<1>(symbols, |m| m, mask, out, p, scratch),
-                2 => self.torus.convolve_by_matrices::<2>(symbols, |m| m, mask, out, p, scratch),
-                _ => self.torus.convolve_by_matrices::<3>(symbols, |m| m, mask, out, p, scratch),
+                1 => self.torus.convolve_by_matrices::<1>(symbols, mask, out, p, scratch),
+                2 => self.torus.convolve_by_matrices::<2>(symbols, mask, out, p, scratch),
+                _ => self.torus.convolve_by_matrices::<3>(symbols, mask, out, p, scratch),
             }
         }
     }
@@ -218,6 +218,26 @@ mod tests {
                 let size = still.largest_diagonal();
                 laws::close("part", &got, &mirror.restrict(&grid, &expected), size);
             }
+        }
+    }
+
+    #[test]
+    fn same_bytes_on_any_number_of_threads() {
+        let grid = Grid::new(33, 20, 0.3, 0.2, [0.0, -1.9]).unwrap();
+        let still = InfluenceTable::new(&grid, bodies(), Projection::Average);
+        let rolled = still.rolled(bodies(), Projection::Average, 0.1);
+        let tables = RollingTables { still: &still, rolled: &rolled };
+        for mirror in [Mirror::NONE, Mirror { x: None, y: Some(Symmetry::Symmetric) }] {
+            let operator = RollingToeplitz::of(tables, Components::ALL, mirror);
+            let p = wave(3 * operator.grid().len());
+            let displacement = |threads| {
+                let mut out = vec![f64::NAN; p.len()];
+                operator.apply(&mut out, &p, &mut Scratch::with_threads(&operator, threads));
+                out
+            };
+            let single = displacement(1);
+            assert!(single.iter().all(|u| u.is_finite()));
+            assert!([2, 3, 7].into_iter().all(|threads| displacement(threads) == single));
         }
     }
 

@@ -451,7 +451,7 @@ mod tests {
             spin: Some(0.5),
             spin_center: 0.01,
             direction: RollingDirection::Forward,
-            distance: Some(0.2),
+            dq: Some(0.2),
             history: RollingHistory::Transient,
         };
         let shift = Step {
@@ -487,11 +487,8 @@ mod tests {
         assert_eq!(refused(Step { force_y: Some(0.0), ..roll }), "loading.steps[1].force_y");
         let steady = Rolling { history: RollingHistory::Steady, ..rolling };
         assert_eq!(refused(Step { rolling: Some(steady), ..roll }), "loading.steps[1].increments");
-        let nowhere = Rolling { distance: Some(0.0), ..rolling };
-        assert_eq!(
-            refused(Step { rolling: Some(nowhere), ..roll }),
-            "loading.steps[1].rolling.distance"
-        );
+        let nowhere = Rolling { dq: Some(0.0), ..rolling };
+        assert_eq!(refused(Step { rolling: Some(nowhere), ..roll }), "loading.steps[1].rolling.dq");
         let endless = Rolling { spin: Some(f64::NAN), ..rolling };
         assert_eq!(
             refused(Step { rolling: Some(endless), ..roll }),

@@ -33,10 +33,10 @@ pub struct Rolling {
     /// The way that the contact travels.
     #[serde(default)]
     pub direction: RollingDirection,
-    /// The distance that the contact travels in an increment > 0 \[m\]; `None` is the length of one
+    /// The distance q that the contact travels in an increment > 0 \[m\]; `None` is the length of one
     /// element.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub distance: Option<f64>,
+    pub dq: Option<f64>,
     /// The history that the material has which enters the contact.
     pub history: RollingHistory,
 }
@@ -129,8 +129,8 @@ impl Rolling {
             }
         }
         finite(&key("spin_center"), self.spin_center)?;
-        if let Some(distance) = self.distance {
-            positive(&key("distance"), distance)?;
+        if let Some(dq) = self.dq {
+            positive(&key("dq"), dq)?;
         }
         for (index, ([motion, force], [motion_name, force_name])) in
             given.into_iter().zip(names).enumerate()

@@ -70,7 +70,7 @@ fn follow(
     numerics.validate()?;
     let gap = Gap::new(scene, surfaces)?;
     let problem = Problem::under(scene, numerics, &gap)?;
-    check_distances(scene, &problem)?;
+    problem.check_distances(scene)?;
     let elements = [problem.grid.nx(), problem.grid.ny()];
     let effects = Effects::of(scene, numerics, elements, surfaces)?;
     let cancellation = operators.cancellation().clone();
@@ -123,32 +123,6 @@ fn follow(
     Ok((Outcome { status, levels, steps: path.steps, hertz, rail, estimate }, path.fields))
 }
 
-/// The smallest part of an element that a contact goes on in steady rolling. From nearer, the mesh
-/// does not see a difference of displacements: with a hundredth Newton's method fails.
-const LEAST_DISTANCE: f64 = 0.1;
-
-/// Refuses steps that roll steadily by distances that the mesh does not resolve.
-fn check_distances(scene: &Scene, problem: &Problem) -> Result<(), SceneError> {
-    let element = problem.grid.hx() * problem.scale.length;
-    let least = LEAST_DISTANCE * element * (1.0 - 1e-9);
-    for leg in scene.loading.legs().iter().filter(|leg| leg.is_steady()) {
-        if let Some(distance) = leg.rolling.and_then(|rolling| rolling.distance)
-            && distance < least
-        {
-            return Err(SceneError {
-                key: format!("loading.steps[{}].rolling.distance", leg.step),
-                value: format!("{distance:e}"),
-                expected: format!(
-                    "must be at least a tenth of an element, {:e} m, in steady rolling: from \
-                     nearer the mesh does not see a difference",
-                    LEAST_DISTANCE * element
-                ),
-            });
-        }
-    }
-    Ok(())
-}
-
 /// The data that the solutions on all grids have in common.
 struct PathSetup<'a> {
     scene: &'a Scene,
@@ -180,7 +154,7 @@ impl PathSetup<'_> {
     /// coarser grids a path goes as far in each increment, and what is steady as many elements.
     fn roll(&self, leg: &Leg, problem: &Problem) -> Option<Roll> {
         let rolling = leg.rolling?;
-        let distance = rolling.distance.unwrap_or(self.element);
+        let distance = rolling.dq.unwrap_or(self.element);
         let is_steady = leg.is_steady();
         let element = problem.grid.hx() * problem.scale.length;
         let share = if is_steady { element / self.element } else { 1.0 };

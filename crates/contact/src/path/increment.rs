@@ -73,9 +73,9 @@ pub(crate) fn certify_increment(
         transform = f64::max(transform, error);
         displacement
     };
-    let mut left = apply(elastic);
+    let still = apply(elastic);
     let rolled = steady.map(apply);
-    let displacement = rolled.as_ref().unwrap_or(&left);
+    let displacement = rolled.as_ref().unwrap_or(&still);
     let diagonal = steady.unwrap_or(elastic).diagonals();
     let k = problem.grid.len();
     let mut w = vec![0.0; p.len()];
@@ -93,7 +93,7 @@ pub(crate) fn certify_increment(
     let (motions, motions_before) = (motion.per_dof(), departure.motion.per_dof());
     let (forces, mut forces_before) = (observables.resultants(), departure.resultants);
     if steady.is_some() {
-        observables.energy = elastic_energy(problem, p, |row| left[row]);
+        observables.energy = elastic_energy(problem, p, |row| still[row]);
         Dof::TANGENTIAL.into_iter().for_each(|dof| forces_before[dof] = forces[dof]);
     }
     observables.external_work = Dof::ALL
@@ -118,7 +118,13 @@ pub(crate) fn certify_increment(
         ..StepOutcome::default()
     };
     let fields = fields(problem, p, &w, &states);
-    left.iter_mut().zip(p).for_each(|(left, p)| *left += problem.epsilon * p);
+    // What rolls has no ε, and its w is not of A.
+    let left = if rolled.is_some() {
+        still
+    } else {
+        let row = |((p, w), f): ((&f64, &f64), &f64)| problem.epsilon * p + w + f;
+        p.iter().zip(&w).zip(&problem.f).map(row).collect()
+    };
     Increment { status, outcome, fields, left }
 }
 

@@ -101,6 +101,10 @@ impl OperatorKey {
     }
 }
 
+/// The smallest part of an element that a contact goes on in steady rolling. From nearer, the mesh
+/// does not see a difference of displacements: with a hundredth Newton's method fails.
+const LEAST_DISTANCE: f64 = 0.1;
+
 /// Refuses settings under which a contact cannot roll.
 fn check_rolling(scene: &Scene, numerics: &Numerics) -> Result<(), SceneError> {
     let legs = scene.loading.legs();
@@ -135,14 +139,36 @@ impl Problem {
     ) -> Result<Self, SceneError> {
         scene.validate()?;
         numerics.validate()?;
-        Self::under(scene, numerics, &Gap::new(scene, surfaces)?)
+        let problem = Self::under(scene, numerics, &Gap::new(scene, surfaces)?)?;
+        problem.check_distances(scene)?;
+        Ok(problem)
+    }
+
+    /// Refuses steps that roll steadily by distances that the mesh does not resolve.
+    pub(crate) fn check_distances(&self, scene: &Scene) -> Result<(), SceneError> {
+        let least = LEAST_DISTANCE * self.grid.hx() * self.scale.length;
+        for leg in scene.loading.legs().iter().filter(|leg| leg.is_steady()) {
+            if let Some(distance) = leg.rolling.and_then(|rolling| rolling.dq)
+                && distance < least * (1.0 - 1e-9)
+            {
+                return Err(SceneError {
+                    key: format!("loading.steps[{}].rolling.dq", leg.step),
+                    value: format!("{distance:e}"),
+                    expected: format!(
+                        "must be at least a tenth of an element, {least:e} m, in steady rolling: \
+                         from nearer the mesh does not see a difference"
+                    ),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Binds a scene that is known to be valid, and whose `gap` is at hand, to a grid.
     ///
     /// # Errors
     /// A [`SceneError`] reports what [`Problem::new`] does, except for a scene, settings or
-    /// surfaces without a meaning.
+    /// surfaces without a meaning, and for distances that the grid does not resolve.
     pub(crate) fn under(
         scene: &Scene,
         numerics: &Numerics,

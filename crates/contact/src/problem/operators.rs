@@ -22,7 +22,7 @@ pub struct Operator {
     pub(crate) rolled: Option<Arc<InfluenceTable>>,
     /// The operator as a product with a field.
     pub influence: Arc<dyn Influence>,
-    /// The circulants near the operator's diagonal blocks, for preconditioning.
+    /// The circulants near the diagonal blocks of A, for preconditioning.
     pub circulant: Arc<Circulant>,
 }
 
@@ -54,7 +54,7 @@ impl Operator {
                     Some(size) => RollingToeplitz::within(tables, components, mirror, size),
                 };
                 let size = [rolling.grid().nx(), rolling.grid().ny()];
-                circulant = Circulant::rolling(tables, components, mirror, size);
+                circulant = Circulant::within(&table, components, mirror, size);
                 (bytes, influence) = (rolling.bytes(), Arc::new(rolling));
             }
         }

@@ -238,7 +238,7 @@ impl Free {
     }
 
     /// Returns the elements in contact with their places in the window.
-    pub(super) fn elements(&self) -> impl Iterator<Item = (&ContactElement, usize)> {
+    pub(super) fn elements(&self) -> impl DoubleEndedIterator<Item = (&ContactElement, usize)> {
         self.bands
             .iter()
             .flat_map(|band| &band.elements)

@@ -7,9 +7,11 @@
 //! projection demands σ (p + δp)_⊥ + (v + δv)_⊥ = 0 with κ = μ h_u(x₁)/|x_t| and σ = (1 − κ)/κE,
 //! which is |w_t|/μp₁ at a solution. This leaves a linear system for the free components. GMRES
 //! solves it with the inverse circulants of A's diagonal blocks as preconditioner, W C⁻¹ W with W =
-//! 1/√(1 + σ/2a) on p_⊥ and a the diagonal entry. The map is that of Christensen, Klarbring, Pang
-//! and Strömberg 1998, doi:10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L; the
-//! reduction and the preconditioner are this project's.
+//! 1/√(1 + σ/2a) on p_⊥ and a the diagonal entry. In steady rolling the operator is nearly A times
+//! the difference of tractions to those [ahead](super::trail), and so is the preconditioner. The map
+//! is that of Christensen, Klarbring, Pang and Strömberg 1998,
+//! doi:10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L; the reduction and the
+//! preconditioners are this project's.
 
 use std::ops::Range;
 
@@ -18,6 +20,7 @@ use primitives::FullPivotLu;
 use super::free::{ContactElement, ContactState, Free};
 use super::gmres::{self, KrylovSolution, LinearSystem, Memory};
 use super::iterate::{Conditions, Iterate, Stop, StopRule};
+use super::trail::Ahead;
 use super::{controls, vector};
 use crate::common::{Cancellation, parallel};
 use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weighted_images};
@@ -284,7 +287,7 @@ struct Linear<'a> {
     problem: &'a Problem,
     operator: &'a Operator,
     free: Free,
-    /// The diagonal entry of the tangential blocks of εI + A.
+    /// The diagonal entry of the tangential blocks of εI + A, in steady rolling too.
     diagonal: f64,
     /// The borders, one for each rigid degree of freedom that a force governs.
     borders: Borders,
@@ -292,6 +295,10 @@ struct Linear<'a> {
     field: Vec<f64>,
     /// The displacements on the window.
     image: Vec<f64>,
+    /// The way to what is ahead, in steady rolling.
+    ahead: Option<Ahead>,
+    /// The tractions on the window, summed from the leading edge.
+    sums: Vec<[f64; 2]>,
     scratch: Scratch,
     applications: u64,
     /// The request to give up, if somebody can make one.
@@ -320,15 +327,18 @@ impl<'a> Linear<'a> {
         scratch: Scratch,
     ) -> Self {
         let free = Free::new(problem, window, &contact.elements);
+        let coefficient = operator.table.coefficient(0, 0);
         let len = free.field_len();
         Self {
             problem,
             operator,
             free,
-            diagonal: operator.diagonals().tangential + problem.epsilon,
+            diagonal: coefficient.xx.max(coefficient.yy) + problem.epsilon,
             borders: Borders::default(),
             field: vec![0.0; len],
             image: vec![0.0; len],
+            ahead: problem.steady.map(|distance| Ahead::new(distance / problem.grid.hx())),
+            sums: Vec::new(),
             scratch,
             applications: 0,
             cancellation: None,
@@ -474,22 +484,56 @@ impl<'a> Linear<'a> {
         self.borders = borders;
     }
 
-    /// Applies W C⁻¹ W to the free components alone.
+    /// Applies about the inverse of the elastic system to the free components alone.
     fn elastic_inverse(&mut self, unknowns: &mut [f64], rows: &[f64]) {
-        let weight = |sigma: f64| 1.0 / (1.0 + sigma / (COMPLIANCE * self.diagonal)).sqrt();
-        self.free.expand(&mut self.field, rows, 0.0, weight);
-        self.operator.circulant.invert(
-            &mut self.image,
-            &self.field,
-            self.problem.epsilon,
-            &mut self.scratch,
-        );
+        match self.ahead {
+            None => self.still_inverse(unknowns, rows),
+            Some(ahead) => self.rolling_inverse(ahead, unknowns, rows),
+        }
+    }
+
+    /// Applies W C⁻¹ W.
+    fn still_inverse(&mut self, unknowns: &mut [f64], rows: &[f64]) {
+        let diagonal = self.diagonal;
+        let weight = |sigma: f64| 1.0 / (1.0 + sigma / (COMPLIANCE * diagonal)).sqrt();
+        self.circulant_inverse(rows, weight);
         let (free, image) = (&self.free, &self.image);
         free.restrict(
             unknowns,
             0.0,
             |_, place| free.at(image, place),
             |sigma, row, _| weight(sigma) * row,
+        );
+    }
+
+    /// Applies C⁻¹, which gives the differences of tractions to those ahead, and sums them from the
+    /// leading edge. An element that slips fast has the traction that its own row asks for, and has
+    /// little part in the rest.
+    fn rolling_inverse(&mut self, ahead: Ahead, unknowns: &mut [f64], rows: &[f64]) {
+        let diagonal = self.diagonal;
+        self.circulant_inverse(rows, |sigma| 1.0 / (1.0 + sigma / diagonal));
+        let yielding = |sigma: f64| sigma / diagonal;
+        ahead.sum(&self.free, self.problem.mu, &self.image, yielding, &mut self.sums);
+        let (free, image, sums) = (&self.free, &self.image, &self.sums);
+        let tractions = |_: &ContactElement, place: usize| {
+            let ([normal, _, _], [x, y]) = (free.at(image, place), sums[place]);
+            [normal, x, y]
+        };
+        let alone = |sigma: f64| sigma / (sigma + diagonal).powi(2);
+        free.restrict(unknowns, 0.0, tractions, |sigma, row, index| {
+            row + alone(sigma) * rows[index]
+        });
+    }
+
+    /// Applies C⁻¹ to the rows of the free components, those of transverse ones times `weight`(σ),
+    /// and leaves the result in the image.
+    fn circulant_inverse(&mut self, rows: &[f64], weight: impl Fn(f64) -> f64 + Sync) {
+        self.free.expand(&mut self.field, rows, 0.0, weight);
+        self.operator.circulant.invert(
+            &mut self.image,
+            &self.field,
+            self.problem.epsilon,
+            &mut self.scratch,
         );
     }
 }

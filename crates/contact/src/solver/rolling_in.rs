@@ -34,7 +34,7 @@ pub(super) fn solve(
         if iterate.stop == Stop::Converged || rule.is_cancelled() {
             break;
         }
-        let path = Path { still: &still, steady: operator, cancellation: rule.cancellation };
+        let path = PassingPath { still: &still, steady: operator, cancellation: rule.cancellation };
         let applications = path.follow(problem, &mut p, &start.motion);
         let nearer = Start { p: p.clone(), motion: start.motion };
         let conditions = Conditions { controls: &controls, start: &nearer, rule };
@@ -52,7 +52,7 @@ pub(super) fn solve(
 }
 
 /// A path that leads into a steady state.
-struct Path<'a> {
+struct PassingPath<'a> {
     /// The operator A.
     still: &'a Operator,
     /// The operator of steady rolling.
@@ -61,7 +61,7 @@ struct Path<'a> {
     cancellation: Option<&'a Cancellation>,
 }
 
-impl Path<'_> {
+impl PassingPath<'_> {
     /// Rolls on from the tractions `p` at prescribed motions; returns the number of applications
     /// spent. The `problem` is the steady one.
     fn follow(&self, problem: &Problem, p: &mut Vec<f64>, motion: &PerDof<f64>) -> u64 {
@@ -109,7 +109,7 @@ mod tests {
             spin: Some(1.0),
             spin_center: 0.0,
             direction: RollingDirection::Forward,
-            distance: None,
+            dq: None,
             history: RollingHistory::Steady,
         };
         let step = Step { approach: Some(1e-6), rolling: Some(rolling), ..Step::default() };
@@ -131,7 +131,7 @@ mod tests {
         let exact = solve(&mut problem, &steady, &nothing, &rule);
         assert_eq!((exact.stop, exact.route), (Stop::Converged, Route::Newton));
         let still = steady.still(problem.mirror);
-        let path = Path { still: &still, steady: &steady, cancellation: None };
+        let path = PassingPath { still: &still, steady: &steady, cancellation: None };
         let mut p = nothing.p.clone();
         let mut distances = Vec::new();
         for _ in 0..3 {

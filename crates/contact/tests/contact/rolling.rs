@@ -1,7 +1,10 @@
 //! Rolling contact against two independent programs, which solved the same discrete problems
 //! (midpoint projection): steady states and paths, of like and unlike bodies, with creepages and
 //! spin. Numbers of elements agree exactly, resultants to 1e-8 of μP and fields to 1e-8 of their
-//! peaks.
+//! peaks. `laws` needs no other program; `limits` goes to the ends of what rolls.
+
+mod laws;
+mod limits;
 
 use std::ops::ControlFlow;
 
@@ -13,6 +16,33 @@ use serde_json::Value;
 
 fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap_or_else(|| panic!("a number {key} in {value}"))
+}
+
+/// The values of ν of two like bodies.
+const PAIR: [f64; 2] = [0.28; 2];
+
+/// Returns rolling without creepages and spin, by an element in each increment.
+fn rolling(history: RollingHistory) -> Rolling {
+    Rolling {
+        creepage_x: Some(0.0),
+        creepage_y: Some(0.0),
+        spin: Some(0.0),
+        spin_center: 0.0,
+        direction: RollingDirection::Forward,
+        dq: None,
+        history,
+    }
+}
+
+/// Returns a sphere that is pressed and rolls, with G = 1 and these ν of the foundation and the
+/// punch; the contact has a radius of about 1.
+fn sphere(poisson: [f64; 2], rolling: Rolling) -> Scene {
+    let step = Step { normal_force: Some(0.20943951), rolling: Some(rolling), ..Step::default() };
+    let radius = 0.5 / 0.056548668;
+    let mut scene = scene(Shape::Sphere { radius }, 1.0, poisson[0], 0.3, step);
+    scene.punch.material = Some(Material { shear_modulus: 1.0, poisson: poisson[1] });
+    scene.domain = square(2.4);
+    scene
 }
 
 /// Returns the case of this `id` in a list of the file.
@@ -50,7 +80,7 @@ fn step(case: &Value, step: &Value) -> Step {
         spin: Some(number(step, "phi")),
         spin_center: number(step, "x0"),
         direction,
-        distance: Some(number(step, "dq")),
+        dq: Some(number(step, "dq")),
         history,
     };
     Step { rolling: Some(rolling), ..given }
