@@ -4,7 +4,7 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use crate::foundation::relative_bodies;
-use crate::model::{Effect, Method, Numerics, Scene, SceneError, Shape, refuse};
+use crate::model::{Effect, Leg, Method, Numerics, Scene, SceneError, Shape, refuse};
 use crate::multiplicity::{Multiplicity, Search};
 use crate::problem::{Effects, Layout};
 use crate::punch::{Surfaces, domain};
@@ -91,6 +91,10 @@ pub fn forecast(
     // The memory holds table and symbols of the certificate's operator and of the solver's, a dozen
     // whole fields, and forty Krylov vectors.
     let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);
+    // Steady rolling has a second table, and symbols without symmetry for both operators.
+    let is_steady = scene.loading.legs().iter().any(Leg::is_steady);
+    let memory = memory
+        + if is_steady { 8.0 * ((16.0 + 72.0) * elements + 24.0 * unknowns as f64) } else { 0.0 };
     // A height map holds a height and four numbers for the slopes of each pixel, and a search for
     // its highest point two more.
     let pixels = match &scene.punch.shape {

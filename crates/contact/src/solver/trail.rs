@@ -81,3 +81,63 @@ impl Ahead {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::influence::Window;
+    use crate::model::{Mesh, Numerics, sphere_on_half_space};
+    use crate::problem::Problem;
+    use crate::punch::Surfaces;
+
+    /// Sums of the differences to what is ahead are the tractions again, and a slipping element
+    /// has along its direction what its pressure gives.
+    #[test]
+    fn sums_undo_differences() {
+        let numerics: Numerics = serde_json::from_str(r#"{"mesh": 8}"#).unwrap();
+        let numerics = Numerics { mesh: Mesh::Exact([9, 5]), ..numerics };
+        let problem = Problem::new(&sphere_on_half_space(), &numerics, &Surfaces::new()).unwrap();
+        let window = Window::whole(&problem.grid);
+        let touches = |place: usize| place % 9 > place / 9 && place % 7 != 3;
+        let slips = ContactState::Slip { n: [0.6, 0.8], sigma: f64::INFINITY };
+        let elements: Vec<ContactElement> = (0..45)
+            .filter(|place| touches(*place))
+            .map(|place| ContactElement {
+                i: (place % 9) as u32,
+                j: (place / 9) as u32,
+                pressed: true,
+                state: if place == 25 { slips } else { ContactState::Stick },
+            })
+            .collect();
+        let free = Free::new(&problem, window, &elements);
+        let (mu, pressure) = (0.3, 2.0);
+        let traction = |place: usize| match place {
+            25 => [mu * pressure * 0.6, mu * pressure * 0.8],
+            _ if touches(place) => [(place as f64).sin(), (place as f64).cos()],
+            _ => [0.0; 2],
+        };
+        for elements in [1.0_f64, -1.0, 2.0, -3.0, 0.3, -0.1, 1.7, -2.25, 20.0] {
+            let mut differences = vec![pressure; 3 * 45];
+            for place in 0..45 {
+                let (whole, share) = (elements.abs().floor(), elements.abs().fract());
+                let ahead = |steps: f64| {
+                    let column = (place % 9) as f64 + steps * elements.signum();
+                    let is_inside = (0.0..9.0).contains(&column);
+                    if is_inside { traction(place / 9 * 9 + column as usize) } else { [0.0; 2] }
+                };
+                let (near, far) = (ahead(whole), ahead(whole + 1.0));
+                for c in 0..2 {
+                    let between = (1.0 - share) * near[c] + share * far[c];
+                    differences[(c + 1) * 45 + place] = traction(place)[c] - between;
+                }
+            }
+            let mut sums = Vec::new();
+            Ahead::new(elements).sum(&free, mu, &differences, |_| 0.0, &mut sums);
+            for (place, sum) in sums.into_iter().enumerate() {
+                for (got, exact) in sum.into_iter().zip(traction(place)) {
+                    assert!((got - exact).abs() < 1e-9, "{elements} {place}: {got} {exact}");
+                }
+            }
+        }
+    }
+}
