@@ -120,8 +120,8 @@ struct Sums {
 
 /// Certifies tractions `p` (three blocks [n | x | y]) against `problem`, both in the problem's
 /// units. `displacement` is A p and `diagonal` the diagonal entries of A, or those of the operator
-/// of steady rolling, on all of Ω and without mirror planes. `claimed` are the observables \[SI\] that go out with `p`, and `target` the
-/// controls that were to govern the punch \[SI\].
+/// of steady rolling, on all of Ω and without mirror planes. `claimed` are the observables \[SI\]
+/// that go out with `p`, and `target` the controls that were to govern the punch \[SI\].
 pub fn certify(
     problem: &Problem,
     p: &[f64],

@@ -79,10 +79,10 @@ impl InfluenceTable {
         Self { grid: grid.clone(), components, rows }
     }
 
-    /// Computes what moves when every element goes on by `distance` along x, in the grid's unit: the
-    /// displacement of each receiver minus that of the point so far ahead of it, per unit traction
-    /// on the source, which stays. The entries of the normal displacement are those that rolling
-    /// does not ask for, and only the signs that Δj gives are kept.
+    /// Computes the coefficients of what rolls by `distance` along x, in the grid's unit: the
+    /// displacement of the receiver minus that of the point so far ahead of it, per unit traction
+    /// on the source. They have the symmetries in Δj of this table's, and none in Δi. `bodies` and
+    /// `projection` are those of this table.
     pub(crate) fn rolled(
         &self,
         bodies: impl Into<Bodies>,

@@ -256,7 +256,7 @@ impl Observables {
 pub struct Certificate {
     /// The natural-map residual ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖ with E = 1/(ε + diagonal entry
     /// of A). One E is for the normal direction and one, from the larger entry, for the tangential
-    /// ones.
+    /// ones; in steady rolling the latter is from the largest tangential coefficient of its operator.
     pub residual: f64,
     /// The tension −min(p₁, 0) / max |p₁|, which is 0 if there is none.
     pub tension: f64,

@@ -33,8 +33,8 @@ pub struct Rolling {
     /// The way that the contact travels.
     #[serde(default)]
     pub direction: RollingDirection,
-    /// The distance q that the contact travels in an increment > 0 \[m\]; `None` is the length of one
-    /// element.
+    /// The distance q > 0 that the contact travels in an increment \[m\]; `None` is the length of
+    /// one element.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dq: Option<f64>,
     /// The history that the material has which enters the contact.

@@ -1,7 +1,8 @@
 //! Newton's method, and what is tried where it fails. If it does not converge, an outer iteration
 //! finds the motions that forces govern. If it does not converge with all motions prescribed, it
 //! takes turns with Seidel sweeps, which always bring the iterate nearer. In the end the sweeps run
-//! alone. Where the contact rolls steadily, Newton's method takes turns with a path that leads there.
+//! alone. Where the contact rolls steadily, Newton's method takes turns with a path that leads
+//! there.
 
 use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
 use super::{load_control, newton, rolling_in, seidel};

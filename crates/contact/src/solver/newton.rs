@@ -8,8 +8,8 @@
 //! which is |w_t|/μp₁ at a solution. This leaves a linear system for the free components. GMRES
 //! solves it with the inverse circulants of A's diagonal blocks as preconditioner, W C⁻¹ W with W =
 //! 1/√(1 + σ/2a) on p_⊥ and a the diagonal entry. In steady rolling the operator is nearly A times
-//! the difference of tractions to those [ahead](super::trail), and so is the preconditioner. The map
-//! is that of Christensen, Klarbring, Pang and Strömberg 1998,
+//! the difference of tractions to those [ahead](super::trail), and so is the preconditioner. The
+//! map is that of Christensen, Klarbring, Pang and Strömberg 1998,
 //! doi:10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L; the reduction and the
 //! preconditioners are this project's.
 

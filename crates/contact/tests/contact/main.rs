@@ -15,7 +15,7 @@
 //! | `problem` | `effects` (reductions), `laws` (units, shared operators), `hard_cases` (range) |
 //! | `solver` | `agreement`, `beyond_uniqueness`, `peers`, `rolling`, `hard_cases` |
 //! | `assess` | `laws` (the certificate), `convergence` (norms, errors), `estimate` |
-//! | `path` | `paths`, `watched`, `peers` and `rolling` (histories), `hard_cases` (a cycle of 200 steps) |
+//! | `path` | `paths`, `watched`, `peers`, `rolling`, `hard_cases` (a cycle of 200 steps) |
 //! | `uniqueness` | `uniqueness_lower`, `uniqueness_upper` |
 //! | `multiplicity` | `multiplicity` |
 //! | `forecast` | `laws` (a forecast refuses what the problem refuses) |
