@@ -152,7 +152,7 @@ impl Problem {
                 && distance < least * (1.0 - 1e-9)
             {
                 return Err(SceneError {
-                    key: format!("loading.steps[{}].rolling.dq", leg.step),
+                    key: format!("loading.steps[{}].dq", leg.step),
                     value: format!("{distance:e}"),
                     expected: format!(
                         "must be at least a tenth of an element, {least:e} m, in steady rolling: \
