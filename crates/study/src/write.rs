@@ -15,16 +15,14 @@ impl Job {
         let mut text = self.kind().to_toml(self);
         // The increments of a distance divide it.
         let is_distance = |step| setting(self, Key::Distance(step)).is_some();
-        let goes_without_saying = |key: Key, setting: &Setting| {
-            match key {
-                Key::Increments(step) => *setting == Setting::Count(1) && !is_distance(step),
-                Key::Cycles => *setting == Setting::Count(1),
-                Key::SpinCenter(_) => *setting == Setting::Number(0.0),
-                Key::Direction(_) => *setting == Setting::Word("forward".to_owned()),
-                Key::Steady(_) => *setting == Setting::Flag(false),
-                Key::Dq(step) => is_distance(step),
-                _ => false,
-            }
+        let goes_without_saying = |key: Key, setting: &Setting| match key {
+            Key::Increments(step) => *setting == Setting::Count(1) && !is_distance(step),
+            Key::Cycles => *setting == Setting::Count(1),
+            Key::SpinCenter(_) => *setting == Setting::Number(0.0),
+            Key::Direction(_) => *setting == Setting::Word("forward".to_owned()),
+            Key::Steady(_) => *setting == Setting::Flag(false),
+            Key::Dq(step) => is_distance(step),
+            _ => false,
         };
         let written =
             || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
