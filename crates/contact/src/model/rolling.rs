@@ -1,5 +1,6 @@
 //! The rolling of a step: creepages and spin, the way that the contact travels, and the history
-//! that it meets.
+//! that it meets (J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990,
+//! doi:10.1007/978-94-015-7889-9, whose signs these are).
 
 use serde::{Deserialize, Serialize};
 
