@@ -6,10 +6,10 @@
 //!                             # times over
 //!
 //! [cost]                      # may be left out
-//! on = "load"                 # the error that counts: load, approach, peak_pressure,
-//!                             # contact_area, stick_area, and where the scene has a closed form
-//!                             # pressure or traction, in L2; the load or the approach, whichever
-//!                             # is not given
+//! on = "load"                 # the error that counts: load, tangential_force, approach,
+//!                             # peak_pressure, contact_area, stick_area, and where the scene has a
+//!                             # closed form pressure or traction, in L2; the load or the approach,
+//!                             # whichever is not given
 //! repeat = 5                  # times
 //! threads = 1                 # threads of the worker
 //!
@@ -72,8 +72,16 @@ pub struct Cost {
 }
 
 /// The errors that can count.
-pub(crate) const ON: [&str; 7] =
-    ["load", "approach", "peak_pressure", "contact_area", "stick_area", "pressure", "traction"];
+pub(crate) const ON: [&str; 8] = [
+    "load",
+    "tangential_force",
+    "approach",
+    "peak_pressure",
+    "contact_area",
+    "stick_area",
+    "pressure",
+    "traction",
+];
 
 /// The number of repetitions if the study does not say.
 const REPEAT: u32 = 5;
