@@ -22,8 +22,8 @@ pub use carter::Carter;
 pub use creep::{CreepForces, LinearCreep, saturated, unsaturated};
 pub use formulas::{
     HertzEllipse, Indentation, cattaneo_shift, cattaneo_stick_ratio, cone, flat_disk,
-    full_stick_load_ratio, hertz_ellipse, hertz_sphere, mindlin_deresiewicz_loss, shifted_disk,
-    tilted_disk, twisted_disk,
+    full_stick_load_ratio, hertz_curvatures, hertz_ellipse, hertz_sphere, mindlin_deresiewicz_loss,
+    shifted_disk, tilted_disk, twisted_disk,
 };
 pub use kalker::KalkerCoefficients;
 pub use ladder::{LadderError, Limit, PowerLaw, Trend, power_law, richardson};
