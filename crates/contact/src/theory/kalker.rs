@@ -27,6 +27,7 @@
 //! The error falls like N⁻⁴ with the degree N, since the tractions are singular where the leading
 //! edge meets the trailing one. Two degrees give the limit.
 
+use std::cell::Cell;
 use std::f64::consts::PI;
 
 use faer::Mat;
@@ -65,18 +66,30 @@ impl KalkerCoefficients {
         if !in_range {
             return None;
         }
+        let arguments = [ratio, poisson].map(f64::to_bits);
+        if let Some((_, coefficients)) = LAST.get().filter(|(last, _)| *last == arguments) {
+            return Some(coefficients);
+        }
         let [coarse, fine] = DEGREES.map(|degree| of_degree(ratio, poisson, degree));
         let (coarse, fine) = (coarse?, fine?);
         let [n, m] = DEGREES.map(|degree| degree as f64 + SHIFT);
         let weight = 1.0 / ((m / n).powi(4) - 1.0);
         let limit = |c: fn(&Self) -> f64| c(&fine) + weight * (c(&fine) - c(&coarse));
-        Some(Self {
+        let coefficients = Self {
             c11: limit(|c| c.c11),
             c22: limit(|c| c.c22),
             c23: limit(|c| c.c23),
             c33: limit(|c| c.c33),
-        })
+        };
+        LAST.set(Some((arguments, coefficients)));
+        Some(coefficients)
     }
+}
+
+thread_local! {
+    /// The bits of the last arguments and their coefficients. They take milliseconds, and a table
+    /// of a sweep asks for the same ones in many rows and columns.
+    static LAST: Cell<Option<([u64; 2], KalkerCoefficients)>> = const { Cell::new(None) };
 }
 
 /// Returns the coefficients with polynomials up to this degree, for ab = 1 and G = 1.
