@@ -23,6 +23,7 @@
 
 use super::convergence::ERRORS;
 use super::rolling::ROLLING;
+use super::rolling_theory::ROLLING_THEORY;
 use super::solve::{self, SOLUTION};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
 use crate::axis::{Group, SweepAxis};
@@ -53,7 +54,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         Job::Cost { case: assembler.case(), repeat, threads }
     },
     to_toml,
-    columns: &[SOLUTION, ROLLING, ERRORS, CLAIM],
+    columns: &[SOLUTION, ROLLING, ROLLING_THEORY, ERRORS, CLAIM],
     usual_columns: &["seconds", "spread", "iterations", "status"],
     suggestions,
     ..solve::SPEC
