@@ -8,24 +8,29 @@
 //! - `rigid`: the six rigid degrees of freedom of the punch ([`Dof`], [`Motion`], [`Control`]);
 //! - `rolling`: the rolling of a step ([`Rolling`]);
 //! - `loading`: the loading path, step by step ([`Loading`], [`Step`], [`Leg`]);
+//! - `wear`: the wear of the surfaces ([`Wear`]);
 //! - `scene`: the bodies, the friction between them and Ω ([`Scene`]);
 //! - `effect`: the closed list of effects ([`Effect`]);
 //! - `numerics`: the mesh, the method and its tolerance ([`Numerics`]);
+//! - `further`: the results that only some scenes ask for ([`Further`]);
 //! - `outcome`: the figures, the fields and the certificate of a solution ([`Outcome`],
 //!   [`Fields`]).
 
 mod effect;
 mod error;
+mod further;
 mod loading;
 mod numerics;
 mod outcome;
 mod rigid;
 mod rolling;
 mod scene;
+mod wear;
 
 pub use effect::Effect;
 pub use error::SceneError;
 pub(crate) use error::refuse;
+pub use further::{Further, FurtherFields, Interior, Worn};
 pub use loading::{Leg, Loading, Step};
 pub use numerics::{ChosenMethod, Mesh, Method, Numerics, Projection};
 pub use outcome::{
@@ -40,3 +45,4 @@ pub(crate) use scene::tests::sphere_on_half_space;
 pub use scene::{
     Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, Shape, Side, WheelRail,
 };
+pub use wear::Wear;

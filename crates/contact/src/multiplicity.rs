@@ -68,6 +68,13 @@ pub fn search(
     search: &Search,
 ) -> Result<Multiplicity, SceneError> {
     search.validate()?;
+    if let Some(wear) = scene.wear {
+        return Err(refuse(
+            "wear.coefficient",
+            wear.coefficient,
+            "cannot stand in a scene whose solutions are searched for",
+        ));
+    }
     if let Some(step) = scene.loading.steps.iter().position(|step| step.rolling.is_some()) {
         return Err(refuse(
             &format!("loading.steps[{step}].rolling"),

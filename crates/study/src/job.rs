@@ -335,6 +335,7 @@ pub(crate) mod tests {
                 foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),
                 punch: Punch { shape: Shape::Sphere { radius: 0.05 }, material: None },
                 friction: Friction { mu: 0.3 },
+                wear: None,
                 domain: None,
                 loading: Loading::path(vec![Step { approach: Some(2e-5), ..Step::default() }]),
             },
