@@ -1,7 +1,8 @@
 //! The result of a solve: observables, a certificate, the work done, the fields, and the status.
 //!
 //! Everything here must stay encodable by formats that do not describe themselves (no flattened,
-//! tagged or skipped fields), but for what is further asked for, which is encoded apart from the rest.
+//! tagged or skipped fields), but for what is further asked for, which is encoded apart from the
+//! rest.
 
 use serde::{Deserialize, Serialize};
 
@@ -260,7 +261,8 @@ impl Observables {
 pub struct Certificate {
     /// The natural-map residual ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖ with E = 1/(ε + diagonal entry
     /// of A). One E is for the normal direction and one, from the larger entry, for the tangential
-    /// ones; in steady rolling the latter is from the largest tangential coefficient of its operator.
+    /// ones; in steady rolling the latter is from the largest tangential coefficient of its
+    /// operator.
     pub residual: f64,
     /// The tension −min(p₁, 0) / max |p₁|, which is 0 if there is none.
     pub tension: f64,
