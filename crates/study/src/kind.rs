@@ -12,6 +12,7 @@ pub mod sensitivity;
 mod solve;
 mod spec;
 mod uniqueness;
+mod wear;
 
 use toml::de::DeTable;
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
-use crate::model::{Control, Dof, Effect, Leg, Numerics, Scene, SceneError, Shape};
+use crate::model::{Control, Dof, Effect, Leg, Numerics, Scene, SceneError, Shape, Wear};
 use crate::punch::{Surfaces, domain};
 
 /// The decision whether an effect is simulated.
@@ -90,6 +90,7 @@ impl Effects {
                 Effect::History => history(scene),
                 Effect::LoadControl => load_control(scene),
                 Effect::Rolling => rolling(scene, &effects),
+                Effect::Wear => wear(scene, &effects),
             };
             let forced = !on && numerics.simulate.contains(&effect);
             let reason =
@@ -211,6 +212,27 @@ fn rolling(scene: &Scene, effects: &Effects) -> Ruling {
         (1, false) => Ruling::on("the contact rolls in an increment"),
         (passing, false) => Ruling::on(format!("the contact rolls in {passing} increments")),
         (_, true) => Ruling::on("the contact rolls along the path, and into its steady state"),
+    }
+}
+
+/// Rules on wear. It changes the contact only where the shape is updated.
+fn wear(scene: &Scene, effects: &Effects) -> Ruling {
+    let Some(Wear { coefficient, update, cycles_per_update }) = scene.wear else {
+        return Ruling::off("no wear coefficient is given");
+    };
+    if coefficient == 0.0 {
+        return Ruling::off("wear.coefficient = 0");
+    }
+    if !effects.has(Effect::Friction) {
+        return Ruling::off("no tangential tractions, and so no slip");
+    }
+    let given = format!("wear.coefficient = {coefficient:e} 1/Pa");
+    match (update, cycles_per_update) {
+        (false, _) => Ruling::on(format!("{given}, on the undeformed shape")),
+        (true, 1) => Ruling::on(format!("{given}; the shape is updated after each increment")),
+        (true, cycles) => Ruling::on(format!(
+            "{given}; the shape is updated after each increment, and each cycle is {cycles}"
+        )),
     }
 }
 

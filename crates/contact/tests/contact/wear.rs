@@ -46,9 +46,9 @@ fn shifted(shift_x: f64, increments: u32) -> Step {
 /// about 0.5, that goes to and fro so many times.
 fn fretting(poisson: f64, amplitude: f64, increments: u32, cycles: u32) -> Scene {
     let mut scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, poisson, 0.3, Step::default());
-    let steps =
-        vec![pressed(0.3), shifted(amplitude, increments), shifted(-amplitude, 2 * increments)];
-    scene.loading = Loading { steps, cycle_from: Some(1), cycles };
+    let (there, back) = (shifted(amplitude, 2 * increments), shifted(-amplitude, 2 * increments));
+    let steps = vec![pressed(0.3), shifted(amplitude, increments), back, there];
+    scene.loading = Loading { steps, cycle_from: Some(2), cycles };
     scene.domain = square(1.6);
     scene
 }
@@ -143,7 +143,8 @@ fn wear_is_proportional_and_knows_no_units() {
     scene.punch.shape = Shape::Sphere { radius: length };
     scene.domain = square(1.6 * length);
     let amplitude = 0.05 * length;
-    scene.loading.steps = vec![pressed(0.3 * force), shifted(amplitude, 2), shifted(-amplitude, 4)];
+    let (there, back) = (shifted(amplitude, 4), shifted(-amplitude, 4));
+    scene.loading.steps = vec![pressed(0.3 * force), shifted(amplitude, 2), back, there];
     scene.wear = wearing(COEFFICIENT / modulus);
     let (scaled, scaled_fields) = solved(&scene, &newton(16));
     let ratio = volume(&scaled) / (volume(&once) * length.powi(3));
@@ -228,25 +229,40 @@ fn a_pass_wears_the_volume_per_length() {
     }
 }
 
-/// Along a transient way the wear on the material becomes that of the steady state, also where an
-/// increment ends between elements.
+/// On a way that begins with the steady state each increment wears the same volume. Material that
+/// has passed the contact has lost the depth of a pass; where an increment is several elements long,
+/// as many elements have it together.
 #[test]
-fn a_long_way_wears_what_steady_rolling_does() {
+fn a_way_on_from_the_steady_state_goes_on_wearing_as_it_does() {
+    use RollingDirection::{Backward, Forward};
+    use RollingHistory::{Steady, Transient};
     let element = 1.6 / 16.0;
-    for (dq, increments, tolerance) in [(1.0, 60, 0.02), (1.5, 40, 0.04)] {
-        let of = |history, increments| {
-            let way = creeping(RollingDirection::Forward, dq * element, history);
-            solved(&rolling(way, increments), &newton(16))
-        };
-        let (steady, steady_fields) = of(RollingHistory::Steady, 1);
-        let (way, fields) = of(RollingHistory::Transient, increments);
-        let (last, limit) = (way.further.wear.last().unwrap(), steady.further.wear[0]);
-        assert!((last.volume / limit.volume - 1.0).abs() < tolerance, "{last:?} {limit:?}");
-        for (worn, limit) in fields.further.wear_depth.iter().zip(&steady_fields.further.wear_depth)
-        {
-            let largest = steady.further.wear[0].depth;
-            assert!((worn - limit).abs() < 1.5 * tolerance * largest, "dq {dq}: {worn} {limit}");
+    for (direction, elements) in [(Forward, 1.0), (Forward, 0.5), (Backward, 0.5), (Backward, 2.0)]
+    {
+        let step = |history| creeping(direction, elements * element, history);
+        let mut scene = rolling(step(Steady), 1);
+        let (_, steady) = solved(&scene, &newton(16));
+        let onwards = Step { rolling: Some(step(Transient)), increments: 16, ..Step::default() };
+        scene.loading.steps.push(onwards);
+        let (outcome, fields) = solved(&scene, &newton(16));
+        let volume = outcome.further.wear[0].volume;
+        for worn in &outcome.further.wear {
+            assert!((worn.volume / volume - 1.0).abs() < 1e-6, "{worn:?}");
         }
+        let largest = outcome.further.wear[0].depth;
+        if elements <= 1.0 {
+            let pairs = fields.further.wear_depth.iter().zip(&steady.further.wear_depth);
+            for (depth, steady) in pairs {
+                assert!((depth - steady).abs() < 1e-6 * largest, "{depth} {steady}");
+            }
+        }
+        let passed = |columns: std::ops::Range<usize>| {
+            let rows = fields.further.wear_depth.chunks_exact(16);
+            rows.map(|row| row[columns.clone()].iter().sum::<f64>()).sum::<f64>() * element.powi(2)
+        };
+        let first = if direction == Forward { 0 } else { 14 };
+        let of_two = 2.0 / elements * volume;
+        assert!((passed(first..first + 2) / of_two - 1.0).abs() < 1e-6, "{elements} elements");
     }
 }
 
@@ -279,11 +295,11 @@ fn rolling_backwards_wears_the_mirror_image() {
 fn a_sphere_that_frets_wears_a_scar() {
     let mut scene = fretting(0.3, 0.2, 4, 6);
     scene.domain = square(2.4);
-    scene.wear = wearing(0.2);
+    scene.wear = wearing(0.15);
     let (fixed, _) = solved(&scene, &newton(24));
-    scene.wear = updating(0.2, 1);
+    scene.wear = updating(0.15, 1);
     let (worn, fields) = solved(&scene, &newton(24));
-    let expected = 0.2 / 0.3 * worn.dissipation();
+    let expected = 0.15 / 0.3 * worn.dissipation();
     assert!((volume(&worn) / expected - 1.0).abs() < 1e-7);
     let [first, last] = [&fixed, &worn].map(|outcome| outcome.last().unwrap().observables);
     assert!(last.contact_area > 1.2 * first.contact_area, "{last:?}");
@@ -303,7 +319,7 @@ fn a_sphere_that_frets_wears_a_scar() {
         (0.3, Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.5 }));
     exact.loading = Loading::path(vec![pressed(0.3)]);
     assert!(closed_form(&exact).is_none());
-    exact.wear = wearing(0.2);
+    exact.wear = wearing(0.15);
     assert!(closed_form(&exact).is_some());
 }
 
@@ -313,8 +329,8 @@ fn a_sphere_that_frets_wears_a_scar() {
 fn a_flat_punch_wears_until_its_pressure_is_even() {
     let mut scene =
         scene(Shape::FlatRectangle { width_x: 1.0, width_y: 1.0 }, 1.0, 0.5, 0.2, Step::default());
-    let steps = vec![pressed(0.01), shifted(1.0, 5), shifted(-1.0, 10)];
-    scene.loading = Loading { steps, cycle_from: Some(1), cycles: 12 };
+    let steps = vec![pressed(0.01), shifted(1.0, 5), shifted(-1.0, 10), shifted(1.0, 10)];
+    scene.loading = Loading { steps, cycle_from: Some(2), cycles: 8 };
     let unevenness = |outcome: &Outcome, index: usize| {
         let observables = outcome.steps[index].observables;
         observables.peak_pressure * observables.sole_area / observables.load - 1.0
@@ -338,7 +354,7 @@ fn a_flat_punch_wears_until_its_pressure_is_even() {
 #[test]
 fn cycles_that_stand_for_many_lead_to_the_same_shape() {
     let of = |cycles_per_update: u32| {
-        let mut scene = fretting(0.5, 0.3, 2, 12 / cycles_per_update);
+        let mut scene = fretting(0.5, 0.2, 4, 12 / cycles_per_update);
         scene.domain = square(2.4);
         scene.wear = updating(0.01, cycles_per_update);
         let (outcome, _) = solved(&scene, &newton(16));
@@ -365,7 +381,7 @@ fn wear_that_is_too_fast_ends_the_path_in_words() {
     scene.wear = updating(10.0, 1);
     let fast = reason(&scene);
     assert!(
-        fast.starts_with("loading.steps[1], increment 1 of 2, cycle 1: the shape would yield"),
+        fast.starts_with("loading.steps[1], increment 1 of 2: the shape would yield"),
         "{fast}"
     );
     assert!(fast.contains("take more increments, fewer cycles per update"), "{fast}");
@@ -383,8 +399,8 @@ fn wear_that_is_too_fast_ends_the_path_in_words() {
         for wear in [wearing(coefficient), updating(coefficient, 1)] {
             scene.wear = wear;
             let (outcome, _) = solved(&scene, &newton(8));
-            let expected = coefficient / 0.3 * outcome.dissipation();
-            assert!((volume(&outcome) - expected).abs() <= 1e-6 * expected.max(1e-310));
+            let limit = coefficient * outcome.dissipation();
+            assert!((0.0..=4.0 * limit + 1e-320).contains(&volume(&outcome)), "{coefficient:e}");
         }
     }
 }

@@ -35,7 +35,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         advice: "or say kind = \"convergence\" at the top",
     }),
     has_accuracy: false,
-    columns: &[SOLUTION, ERRORS],
+    columns: &[SOLUTION, WEAR, ERRORS],
     usual_columns: &["load", "peak_pressure", "status"],
     suggestions,
     ..solve::SPEC

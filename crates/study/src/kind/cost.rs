@@ -52,7 +52,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         Job::Cost { case: assembler.case(), repeat, threads }
     },
     to_toml,
-    columns: &[SOLUTION, ERRORS, CLAIM],
+    columns: &[SOLUTION, WEAR, ERRORS, CLAIM],
     usual_columns: &["seconds", "spread", "iterations", "status"],
     suggestions,
     ..solve::SPEC

@@ -4,6 +4,7 @@ use contact::model::{Estimate, Hertz, Outcome, RailContact};
 
 use super::freedom::ScenesFreedom;
 use super::spec::{KindSpec, KindTable};
+use super::wear::WEAR;
 use crate::axis::Group;
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::common::increments;
@@ -23,7 +24,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     assemble: |assembler, _| Job::Solve(assembler.case()),
     check: |_| Ok(()),
     to_toml: |_| String::new(),
-    columns: &[SOLUTION],
+    columns: &[SOLUTION, WEAR],
     usual_columns: &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"],
     suggestions,
 };
