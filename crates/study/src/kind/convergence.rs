@@ -16,6 +16,7 @@
 
 use super::solve::{self, SOLUTION};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
+use super::wear::WEAR;
 use crate::axis::{Group, SweepAxis};
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
