@@ -14,8 +14,17 @@ use crate::output::{self, Finish};
 use crate::written_file;
 
 /// The names of the fields that every scene has.
-const FIELDS: [&str; 8] =
-    ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"];
+const FIELDS: [&str; 9] = [
+    "pressure",
+    "traction_x",
+    "traction_y",
+    "traction",
+    "gap",
+    "slip_x",
+    "slip_y",
+    "friction_work",
+    "state",
+];
 
 /// The field of scenes that wear.
 const WEAR_DEPTH: &str = "wear_depth";
@@ -107,6 +116,7 @@ fn field(fields: &Fields, name: &str) -> Result<Field> {
             bail!("this scene has no field `{WEAR_DEPTH}`: it has no `wear`")
         }
         WEAR_DEPTH => ("m", on_sole(&fields.further.wear_depth)),
+        "friction_work" => ("J/m²", on_sole(&friction_work(fields))),
         "state" => {
             let names = ["outside", "open", "stick", "slip"].map(str::to_owned).to_vec();
             ("", Values::Category { states: fields.state.clone(), names })
@@ -116,9 +126,18 @@ fn field(fields: &Fields, name: &str) -> Result<Field> {
     Ok(Field::new(name, unit, grid, values)?)
 }
 
+/// Returns the energy that friction takes from each element in the last increment, over its area
+/// \[J/m²\].
+fn friction_work(fields: &Fields) -> Vec<f64> {
+    let along_x = fields.traction_x.iter().zip(&fields.slip_x);
+    let along_y = fields.traction_y.iter().zip(&fields.slip_y);
+    // A zero is to be a positive one.
+    along_x.zip(along_y).map(|((p, s), (q, r))| 0.0 - (p * s + q * r)).collect()
+}
+
 /// Returns the fields of a result that a page shows, of which the last one holds the states.
 pub(crate) fn page_fields(fields: &Fields) -> Result<Vec<Field>> {
-    let names = ["pressure", "traction", "gap", "slip"];
+    let names = ["pressure", "traction", "gap", "slip", "friction_work"];
     let names = names.into_iter().chain(wear(fields)).chain(["state"]);
     names.map(|name| field(fields, name)).collect()
 }

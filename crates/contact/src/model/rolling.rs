@@ -77,6 +77,12 @@ impl Rolling {
     /// The names of the creepages and the spin, in the order of [`Dof::TANGENTIAL`].
     const NAMES: [&str; 3] = ["creepage_x", "creepage_y", "spin"];
 
+    /// Returns the name of the creepage or the spin that stands for a degree of freedom in rolling.
+    pub fn name(dof: Dof) -> Option<&'static str> {
+        let index = Dof::TANGENTIAL.into_iter().position(|tangential| tangential == dof)?;
+        Some(Self::NAMES[index])
+    }
+
     /// Returns the creepages and the spin that are given, in the order of [`Dof::TANGENTIAL`].
     fn given(&self) -> [Option<f64>; 3] {
         [self.creepage_x, self.creepage_y, self.spin]

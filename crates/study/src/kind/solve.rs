@@ -3,6 +3,7 @@
 use contact::model::{Estimate, Hertz, Outcome, RailContact};
 
 use super::freedom::ScenesFreedom;
+use super::rolling::ROLLING;
 use super::spec::{KindSpec, KindTable};
 use super::wear::WEAR;
 use crate::axis::Group;
@@ -24,7 +25,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     assemble: |assembler, _| Job::Solve(assembler.case()),
     check: |_| Ok(()),
     to_toml: |_| String::new(),
-    columns: &[SOLUTION, WEAR],
+    columns: &[SOLUTION, ROLLING, WEAR],
     usual_columns: &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"],
     suggestions,
 };

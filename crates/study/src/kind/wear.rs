@@ -2,8 +2,10 @@
 
 use contact::model::{Outcome, Worn};
 
+use super::rolling::last_distance;
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
+use crate::job::Case;
 use crate::value::Value;
 
 /// The columns. Depths and volumes are those that both surfaces lose together.
@@ -19,11 +21,21 @@ pub(crate) const WEAR: &[Column] = result_columns! {
     Observable "cycle_wear_volume" ("volume worn away per cycle") Volume
         "volume worn away in the last cycle of the path"
         ColumnSource::Outcome(cycle_volume);
+    Observable "wear_per_length" ("volume worn away per length rolled") Area
+        "volume worn away in the last increment over the distance that it rolls"
+        ColumnSource::Solved(per_length);
 };
 
 /// Reads a number from the wear of the last increment, if the scene wears.
 fn last(outcome: &Outcome, read: fn(&Worn) -> f64) -> Value {
     outcome.further.wear.last().map_or(Value::Missing, |worn| Value::Number(read(worn)))
+}
+
+fn per_length(case: &Case, outcome: &Outcome) -> Value {
+    match (last_distance(case, outcome), outcome.further.wear.last()) {
+        (Some(distance), Some(worn)) => Value::Number(worn.volume / distance),
+        _ => Value::Missing,
+    }
 }
 
 fn volume(outcome: &Outcome) -> Value {

@@ -80,7 +80,9 @@ fn wear_can_be_swept_drawn_and_derived() {
         let column = columns::find(&columns, name).unwrap_or_else(|| panic!("no column {name}"));
         assert_eq!(column.value(&study.points()[0], None).to_string(), value, "{name}");
     }
-    for name in ["wear_depth", "wear_volume", "cycle_wear_depth", "cycle_wear_volume"] {
+    let results =
+        ["wear_depth", "wear_volume", "cycle_wear_depth", "cycle_wear_volume", "wear_per_length"];
+    for name in results {
         assert!(columns::find(&columns, name).is_some(), "{name}");
     }
     let derived = "[derive]\n\"wear.coefficient\" = \"1e-4 / (2 GPa)\"\n";
