@@ -69,7 +69,7 @@ fn a_job_without_wear_does_not_mention_it() {
 #[test]
 fn wear_can_be_swept_drawn_and_derived() {
     let sweep = "[sweep]\n\"wear.coefficient\" = { from = \"1e-9 1/MPa\", to = \"1e-7 1/MPa\", \
-                 count = 3, scale = \"log\" }\n\"wear.update\" = [true, false]";
+                 count = 3, log = true }\n\"wear.update\" = [true, false]";
     let study = read(&text("wear.coefficient = 1e-14", sweep)).unwrap_or_else(|e| panic!("{e}"));
     let all: Vec<Wear> =
         study.points().iter().filter_map(|point| point.job.case()?.scene.wear).collect();
