@@ -307,13 +307,13 @@ impl<'a> Assembler<'a> {
     }
 
     fn wear(&mut self) -> Option<Wear> {
-        let keys = [Key::WearCoefficient, Key::WearUpdate, Key::CyclesPerUpdate];
+        let keys = [Key::WearCoefficient, Key::WearUpdate, Key::WearRepeat];
         let is_begun = Table::find("wear").is_some_and(|wear| self.places.has(&wear));
         let any = is_begun || keys.iter().any(|key| self.sheet.get(*key).is_some());
         any.then(|| Wear {
             coefficient: self.number(Key::WearCoefficient),
             update: self.sheet.flag(Key::WearUpdate).unwrap_or(false),
-            cycles_per_update: self.sheet.count(Key::CyclesPerUpdate).unwrap_or(1),
+            repeat: self.sheet.count(Key::WearRepeat).unwrap_or(1),
         })
     }
 

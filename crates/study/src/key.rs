@@ -153,8 +153,8 @@ keys! {
         "wear coefficient k of both surfaces together: depth over pressure and sliding distance";
     WearUpdate, "scene.wear.update", "wear_update", Flag,
         "whether each increment meets the shape that the wear before it has left";
-    CyclesPerUpdate, "scene.wear.cycles_per_update", "cycles_per_update", Count,
-        "cycles that each cycle of the path stands for, if the shape is updated";
+    WearRepeat, "scene.wear.repeat", "wear_repeat", Count,
+        "cycles that each cycle of the path stands for: it wears so many times as much";
     DomainWidthX, "scene.domain.width_x", "domain_width_x", Number(Length), "extent of Ω along x";
     DomainWidthY, "scene.domain.width_y", "domain_width_y", Number(Length), "extent of Ω along y";
     DomainCenterX, "scene.domain.center_x", "domain_center_x",

@@ -151,7 +151,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         Key::Mu => number(parts.mu?),
         Key::WearCoefficient => number(parts.wear?.coefficient),
         Key::WearUpdate => Some(Setting::Flag(parts.wear?.update)),
-        Key::CyclesPerUpdate => Some(Setting::Count(parts.wear?.cycles_per_update)),
+        Key::WearRepeat => Some(Setting::Count(parts.wear?.repeat)),
         Key::DomainWidthX => number(parts.domain?.width_x),
         Key::DomainWidthY => number(parts.domain?.width_y),
         Key::DomainCenterX => number(parts.domain?.center_x),

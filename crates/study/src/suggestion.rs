@@ -94,7 +94,7 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("friction", &["cof", "coulomb"]),
     ("coefficient", &["k", "archard", "wearcoefficient", "wearrate", "specificwearrate", "kh"]),
     ("wear", &["archard"]),
-    ("cycles_per_update", &["cyclejump", "jump", "jumps", "cyclesperjump", "deltan"]),
+    ("repeat", &["cyclejump", "jump", "jumps", "cyclesperupdate", "cycles", "deltan", "n"]),
     ("shift_x", &["ux", "dx", "x", "shift", "displacementx", "tangentialdisplacement", "slide"]),
     ("shift_y", &["uy", "dy", "y", "displacementy"]),
     ("force_x", &["fx", "q", "qx", "t", "tx", "tangentialforce", "shearforce", "tangentialload"]),

@@ -20,9 +20,9 @@ pub struct Wear {
     /// before have left; false if the shape stays as it is.
     #[serde(default, skip_serializing_if = "is_false")]
     pub update: bool,
-    /// The number of cycles that each cycle of the path stands for, if the shape is updated.
+    /// The number of cycles that each cycle of the path stands for: it wears so many times as much.
     #[serde(default = "one", skip_serializing_if = "is_one")]
-    pub cycles_per_update: u32,
+    pub repeat: u32,
 }
 
 impl Wear {
@@ -31,13 +31,13 @@ impl Wear {
 
     /// Returns how often an increment of a cycle (0 is outside of one) counts.
     pub(crate) fn repetitions(&self, cycle: u32) -> f64 {
-        if cycle > 0 { f64::from(self.cycles_per_update) } else { 1.0 }
+        if cycle > 0 { f64::from(self.repeat) } else { 1.0 }
     }
 
     /// Refuses wear without a mechanical meaning under the friction coefficient `mu`, along the path
     /// `loading`.
     pub(super) fn validate(&self, mu: f64, loading: &Loading) -> Result<(), SceneError> {
-        let Self { coefficient, update, cycles_per_update } = *self;
+        let Self { coefficient, update, repeat } = *self;
         if !(coefficient.is_finite() && coefficient >= 0.0) {
             return Err(refuse(
                 "wear.coefficient",
@@ -60,22 +60,14 @@ impl Wear {
             );
             return Err(refuse("wear.update", true, &expected));
         }
-        if !(1..=Self::MAX_CYCLES).contains(&cycles_per_update) {
+        if !(1..=Self::MAX_CYCLES).contains(&repeat) {
             let expected = format!("must lie between 1 and {}", Self::MAX_CYCLES);
-            return Err(refuse("wear.cycles_per_update", cycles_per_update, &expected));
+            return Err(refuse("wear.repeat", repeat, &expected));
         }
-        if cycles_per_update > 1 && !update {
+        if repeat > 1 && loading.cycle_from.is_none() {
             return Err(refuse(
-                "wear.cycles_per_update",
-                cycles_per_update,
-                "needs `update = true`: on a shape that stays as it is, the wear of each cycle is \
-                 the same, and so many cycles wear so many times as much",
-            ));
-        }
-        if cycles_per_update > 1 && loading.cycle_from.is_none() {
-            return Err(refuse(
-                "wear.cycles_per_update",
-                cycles_per_update,
+                "wear.repeat",
+                repeat,
                 "needs a cycle: `loading.cycle_from` is the index of the step with which it begins",
             ));
         }

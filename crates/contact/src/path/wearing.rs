@@ -92,7 +92,7 @@ impl Wearing {
             return Err(format!(
                 "the shape would yield to pressure by {yielding:.1e} m/Pa in the increment, and the \
                  pressure follows it up to {most:.1e} m/Pa, {MOST} of the compliance of an element: \
-                 take more increments, fewer cycles per update, or a coarser mesh"
+                 take more increments, a smaller `wear.repeat`, or a coarser mesh"
             ));
         }
         problem.wear_off(&worn);

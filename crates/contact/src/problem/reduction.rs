@@ -217,7 +217,7 @@ fn rolling(scene: &Scene, effects: &Effects) -> Ruling {
 
 /// Rules on wear. It changes the contact only where the shape is updated.
 fn wear(scene: &Scene, effects: &Effects) -> Ruling {
-    let Some(Wear { coefficient, update, cycles_per_update }) = scene.wear else {
+    let Some(Wear { coefficient, update, repeat }) = scene.wear else {
         return Ruling::off("no wear coefficient is given");
     };
     if coefficient == 0.0 {
@@ -226,14 +226,14 @@ fn wear(scene: &Scene, effects: &Effects) -> Ruling {
     if !effects.has(Effect::Friction) {
         return Ruling::off("no tangential tractions, and so no slip");
     }
-    let given = format!("wear.coefficient = {coefficient:e} 1/Pa");
-    match (update, cycles_per_update) {
-        (false, _) => Ruling::on(format!("{given}, on the undeformed shape")),
-        (true, 1) => Ruling::on(format!("{given}; the shape is updated after each increment")),
-        (true, cycles) => Ruling::on(format!(
-            "{given}; the shape is updated after each increment, and each cycle is {cycles}"
-        )),
-    }
+    let given = match repeat {
+        1 => format!("wear.coefficient = {coefficient:e} 1/Pa"),
+        cycles => format!("wear.coefficient = {coefficient:e} 1/Pa, {cycles} cycles in each"),
+    };
+    Ruling::on(match update {
+        true => format!("{given}; the shape is updated after each increment"),
+        false => format!("{given}, on the undeformed shape"),
+    })
 }
 
 /// Rules on motions that are governed by forces.

@@ -11,11 +11,11 @@ use contact::{Operators, assess::closed_form, solve};
 const COEFFICIENT: f64 = 1e-3;
 
 fn wearing(coefficient: f64) -> Option<Wear> {
-    Some(Wear { coefficient, update: false, cycles_per_update: 1 })
+    Some(Wear { coefficient, update: false, repeat: 1 })
 }
 
-fn updating(coefficient: f64, cycles_per_update: u32) -> Option<Wear> {
-    Some(Wear { coefficient, update: true, cycles_per_update })
+fn updating(coefficient: f64, repeat: u32) -> Option<Wear> {
+    Some(Wear { coefficient, update: true, repeat })
 }
 
 fn newton(mesh: u32) -> Numerics {
@@ -349,14 +349,30 @@ fn a_flat_punch_wears_until_its_pressure_is_even() {
     assert!(((end - before) / even - 1.0).abs() < 0.03, "{} {even}", end - before);
 }
 
-/// A cycle that stands for many leads to the shape of as many cycles, with an error of the first
+/// On the undeformed shape each cycle wears so many times as much as it stands for, and what comes
+/// before the cycles wears once.
+#[test]
+fn cycles_that_stand_for_many_wear_so_many_times_as_much() {
+    let mut scene = fretting(0.3, 0.05, 2, 2);
+    let mut of = |repeat: u32| {
+        scene.wear = Some(Wear { repeat, ..wearing(COEFFICIENT).unwrap() });
+        solved(&scene, &newton(16)).0
+    };
+    let (once, often) = (of(1), of(64));
+    for ((one, many), step) in once.further.wear.iter().zip(&often.further.wear).zip(&once.steps) {
+        let factor = if step.cycle > 0 { 64.0 } else { 1.0 };
+        assert_eq!(many.volume, factor * one.volume);
+    }
+}
+
+/// With the shape updated, a cycle that stands for many leads to the shape of as many cycles, with an error of the first
 /// order in their number.
 #[test]
 fn cycles_that_stand_for_many_lead_to_the_same_shape() {
-    let of = |cycles_per_update: u32| {
-        let mut scene = fretting(0.5, 0.2, 4, 12 / cycles_per_update);
+    let of = |repeat: u32| {
+        let mut scene = fretting(0.5, 0.2, 4, 12 / repeat);
         scene.domain = square(2.4);
-        scene.wear = updating(0.01, cycles_per_update);
+        scene.wear = updating(0.01, repeat);
         let (outcome, _) = solved(&scene, &newton(16));
         outcome.further.wear.last().unwrap().depth
     };
@@ -384,7 +400,7 @@ fn wear_that_is_too_fast_ends_the_path_in_words() {
         fast.starts_with("loading.steps[1], increment 1 of 2: the shape would yield"),
         "{fast}"
     );
-    assert!(fast.contains("take more increments, fewer cycles per update"), "{fast}");
+    assert!(fast.contains("take more increments, a smaller `wear.repeat`"), "{fast}");
     scene.wear = updating(0.01, 1000);
     assert!(reason(&scene).contains("the shape would yield"));
     for wear in [wearing(f64::MAX), updating(f64::MAX, 2)] {
@@ -418,15 +434,15 @@ fn wear_without_a_meaning_is_refused() {
         assert_eq!(refused(&|scene| scene.wear = wearing(coefficient)), "wear.coefficient");
     }
     assert_eq!(refused(&|scene| scene.friction.mu = 0.0), "friction.mu");
-    for cycles in [0, 2, 1_000_001] {
-        let wear = Wear { cycles_per_update: cycles, ..wearing(COEFFICIENT).unwrap() };
-        assert_eq!(refused(&|scene| scene.wear = Some(wear)), "wear.cycles_per_update", "{cycles}");
+    for cycles in [0, 1_000_001] {
+        let wear = Wear { repeat: cycles, ..wearing(COEFFICIENT).unwrap() };
+        assert_eq!(refused(&|scene| scene.wear = Some(wear)), "wear.repeat", "{cycles}");
     }
     let without_cycle = |scene: &mut Scene| {
         scene.wear = updating(COEFFICIENT, 2);
         (scene.loading.cycle_from, scene.loading.cycles) = (None, 1);
     };
-    assert_eq!(refused(&without_cycle), "wear.cycles_per_update");
+    assert_eq!(refused(&without_cycle), "wear.repeat");
     for history in [RollingHistory::Steady, RollingHistory::Transient] {
         let rolls = |scene: &mut Scene| {
             scene.wear = updating(COEFFICIENT, 1);

@@ -29,7 +29,7 @@ fn wear(given: &str) -> Option<Wear> {
 
 #[test]
 fn the_keys_of_wear_make_it() {
-    let plain = Wear { coefficient: 1e-14, update: false, cycles_per_update: 1 };
+    let plain = Wear { coefficient: 1e-14, update: false, repeat: 1 };
     for coefficient in [
         "1e-14",
         "\"1e-14 1/Pa\"",
@@ -45,8 +45,8 @@ fn the_keys_of_wear_make_it() {
             "{coefficient}"
         );
     }
-    let updated = "wear = { coefficient = 1e-14, update = true, cycles_per_update = 100 }";
-    let expected = Wear { update: true, cycles_per_update: 100, ..plain };
+    let updated = "wear = { coefficient = 1e-14, update = true, repeat = 100 }";
+    let expected = Wear { update: true, repeat: 100, ..plain };
     assert_eq!(wear(updated), Some(expected));
     assert_eq!(wear("wear = { coefficient = 1e-14, update = false }"), Some(plain));
     assert_eq!(wear(""), None);
@@ -59,10 +59,7 @@ fn a_job_without_wear_does_not_mention_it() {
     assert!(!canonical("").contains("wear"));
     let brief = canonical("wear.coefficient = 1e-14");
     assert!(brief.contains(r#""friction":{"mu":0.6},"wear":{"coefficient":1e-14},"loading""#));
-    assert_eq!(
-        canonical("wear = { coefficient = 1e-14, update = false, cycles_per_update = 1 }"),
-        brief
-    );
+    assert_eq!(canonical("wear = { coefficient = 1e-14, update = false, repeat = 1 }"), brief);
     assert_eq!(canonical("wear.coefficient = -0.0"), canonical("wear.coefficient = 0"));
 }
 
@@ -74,7 +71,7 @@ fn wear_can_be_swept_drawn_and_derived() {
     let all: Vec<Wear> =
         study.points().iter().filter_map(|point| point.job.case()?.scene.wear).collect();
     assert_eq!(all.len(), 6);
-    assert_eq!(all[2], Wear { coefficient: 1e-14, update: true, cycles_per_update: 1 });
+    assert_eq!(all[2], Wear { coefficient: 1e-14, update: true, repeat: 1 });
     let columns = study.columns();
     for (name, value) in [("wear_coefficient", "1e-15"), ("wear_update", "true")] {
         let column = columns::find(&columns, name).unwrap_or_else(|| panic!("no column {name}"));
@@ -106,19 +103,15 @@ fn wear_that_cannot_be_is_refused_in_words() {
         ("a hardness", "wear = { coefficient = 1e-4, hardness = \"2 GPa\" }"),
         ("k by its letter", "wear = { k = 1e-14 }"),
         ("an update in words", "wear = { coefficient = 1e-14, update = \"yes\" }"),
-        ("no cycles", "wear = { coefficient = 1e-14, update = true, cycles_per_update = 0 }"),
-        ("half a cycle", "wear = { coefficient = 1e-14, update = true, cycles_per_update = 0.5 }"),
-        (
-            "too many cycles",
-            "wear = { coefficient = 1e-14, update = true, cycles_per_update = 1000001 }",
-        ),
-        ("cycles without an update", "wear = { coefficient = 1e-14, cycles_per_update = 10 }"),
+        ("no cycles", "wear = { coefficient = 1e-14, update = true, repeat = 0 }"),
+        ("half a cycle", "wear = { coefficient = 1e-14, update = true, repeat = 0.5 }"),
+        ("too many cycles", "wear = { coefficient = 1e-14, update = true, repeat = 1000001 }"),
         ("a number in place of the table", "wear = 1e-14"),
     ] {
         let error = read(&text(given, "")).expect_err(name);
         said += &format!("## {name}\n{error}\n");
     }
-    let updated = "wear = { coefficient = 1e-14, update = true, cycles_per_update = 10 }";
+    let updated = "wear = { coefficient = 1e-14, update = true, repeat = 10 }";
     let replaced = |given: &str, from: &str, to: &str| text(given, "").replace(from, to);
     for (name, text) in [
         ("no friction", replaced("wear.coefficient = 1e-14", "mu = 0.6", "mu = 0")),
@@ -151,8 +144,7 @@ proptest! {
     ) {
         let study = read(&text("", "")).unwrap();
         let mut case: Case = study.points()[0].job.case().unwrap().clone();
-        let cycles_per_update = if update { cycles } else { 1 };
-        let wear = Some(Wear { coefficient, update, cycles_per_update });
+        let wear = Some(Wear { coefficient, update, repeat: cycles });
         case.scene = Scene { wear, ..case.scene };
         let job = Job::Solve(case);
         let written = format!("name = \"job\"\n{}", job.to_toml());
