@@ -103,6 +103,23 @@ count = 6
 "punch.radius" = { from = "8 mm", to = "12 mm" }
 "#;
 
+/// A ball that frets and wears its shape.
+const WEAR: &str = r#"
+name = "kinds"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+friction.mu = 0.6
+wear.coefficient = "2e-7 1/MPa"
+domain = { width_x = "0.5 mm", width_y = "0.5 mm" }
+loading.steps = [{ normal_force = "50 N" }, { shift_x = "4 um", increments = 8 }]
+[numerics]
+mesh = 20
+[sweep]
+"wear.update" = [false, true]
+"wear.coefficient" = ["1e-8 1/MPa", "2e-8 1/MPa", "5e-8 1/MPa", "1e-7 1/MPa", "2e-7 1/MPa", "3e-7 1/MPa"]
+"#;
+
 /// Waits until some jobs are durable and some are not; returns `false` if the study was over before
 /// that was seen.
 fn is_in_its_middle(running: &mut Running) -> bool {
@@ -212,6 +229,11 @@ fn samples_survive() {
 #[test]
 fn measured_convergence_survives() {
     survives(CONVERGENCE, 12);
+}
+
+#[test]
+fn contacts_that_wear_survive() {
+    survives(WEAR, 12);
 }
 
 #[test]
