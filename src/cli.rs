@@ -395,7 +395,7 @@ pub(crate) struct ShowArgs {
     /// Key of the result, or its first characters
     pub(crate) key: String,
     /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, friction_work,
-    /// state
+    /// state, or wear_depth of a scene that wears
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
     /// Of a search that found several solutions, the index of the one whose field to draw [default:
@@ -560,7 +560,7 @@ pub(crate) struct SolveArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
     /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, friction_work,
-    /// state
+    /// state, or wear_depth of a scene that wears
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
     /// Of a search that finds several solutions, the index of the one whose field to draw [default:

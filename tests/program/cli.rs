@@ -24,6 +24,7 @@ mod shards;
 mod store;
 mod submit;
 mod upkeep;
+mod wear;
 mod wheel;
 
 use std::fs;

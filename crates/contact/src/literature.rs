@@ -162,6 +162,11 @@ pub fn sources(subject: CitedSubject) -> Sources {
         CitedSubject::Effect(Effect::LoadControl) => {
             derived("the motions that forces govern as unknowns beside the tractions")
         }
+        CitedSubject::Effect(Effect::Wear) => Sources {
+            works: &[&ARCHARD, &MCCOLL],
+            derived: "the depth on the material that passes through a rolling contact, and the \
+                      bound up to which the pressure follows the shape that wears",
+        },
         CitedSubject::Effect(Effect::Rolling) => Sources {
             works: &[&CARTER, &KALKER_THESIS, &KALKER, &VERMEULEN, &SHEN],
             derived: "the operator of what is steady, evaluated between elements, and its \
@@ -210,6 +215,30 @@ const JOHNSON: CitedWork = CitedWork {
     pages: "",
     year: Some(1985),
     doi: None,
+};
+
+const ARCHARD: CitedWork = CitedWork {
+    key: "archard1953",
+    form: WorkForm::Article,
+    authors: &["Archard, J. F."],
+    title: "Contact and Rubbing of Flat Surfaces",
+    published_in: "Journal of Applied Physics",
+    volume: "24",
+    pages: "981–988",
+    year: Some(1953),
+    doi: Some("10.1063/1.1721448"),
+};
+
+const MCCOLL: CitedWork = CitedWork {
+    key: "mccoll2004",
+    form: WorkForm::Article,
+    authors: &["McColl, I. R.", "Ding, J.", "Leen, S. B."],
+    title: "Finite element simulation and experimental validation of fretting wear",
+    published_in: "Wear",
+    volume: "256",
+    pages: "1114–1127",
+    year: Some(2004),
+    doi: Some("10.1016/j.wear.2003.07.001"),
 };
 
 const KALKER: CitedWork = CitedWork {

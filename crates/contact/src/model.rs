@@ -8,6 +8,7 @@
 //! - `rigid`: the six rigid degrees of freedom of the punch ([`Dof`], [`Motion`], [`Control`]);
 //! - `rolling`: the rolling of a step ([`Rolling`]);
 //! - `loading`: the loading path, step by step ([`Loading`], [`Step`], [`Leg`]);
+//! - `wear`: the wear of the surfaces ([`Wear`]);
 //! - `scene`: the bodies, the friction between them and Ω ([`Scene`]);
 //! - `effect`: the closed list of effects ([`Effect`]);
 //! - `numerics`: the mesh, the method and its tolerance ([`Numerics`]);
@@ -24,11 +25,12 @@ mod outcome;
 mod rigid;
 mod rolling;
 mod scene;
+mod wear;
 
 pub use effect::Effect;
 pub use error::SceneError;
 pub(crate) use error::refuse;
-pub use further::{Further, FurtherFields, Interior, Wear};
+pub use further::{Further, FurtherFields, Interior, Worn};
 pub use loading::{Leg, Loading, Step};
 pub use numerics::{ChosenMethod, Mesh, Method, Numerics, Projection};
 pub use outcome::{
@@ -43,3 +45,4 @@ pub(crate) use scene::tests::sphere_on_half_space;
 pub use scene::{
     Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, Shape, Side, WheelRail,
 };
+pub use wear::Wear;

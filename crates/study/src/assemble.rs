@@ -4,7 +4,7 @@ mod rolling;
 
 use contact::model::{
     Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
-    Projection, Punch, Scene, SceneError, Shape, Side, Step, WheelRail,
+    Projection, Punch, Scene, SceneError, Shape, Side, Step, Wear, WheelRail,
 };
 
 use crate::error::Mistake;
@@ -113,6 +113,7 @@ impl<'a> Assembler<'a> {
             foundation: self.foundation(),
             punch: Punch { shape: self.shape(), material: self.material() },
             friction: Friction { mu: self.mu() },
+            wear: self.wear(),
             domain: self.domain(),
             loading: self.loading(),
         };
@@ -303,6 +304,17 @@ impl<'a> Assembler<'a> {
             }
         };
         Material { shear_modulus: modulus, poisson: ratio }
+    }
+
+    fn wear(&mut self) -> Option<Wear> {
+        let keys = [Key::WearCoefficient, Key::WearUpdate, Key::WearRepeat];
+        let is_begun = Table::find("wear").is_some_and(|wear| self.places.has(&wear));
+        let any = is_begun || keys.iter().any(|key| self.sheet.get(*key).is_some());
+        any.then(|| Wear {
+            coefficient: self.number(Key::WearCoefficient),
+            update: self.sheet.flag(Key::WearUpdate).unwrap_or(false),
+            repeat: self.sheet.count(Key::WearRepeat).unwrap_or(1),
+        })
     }
 
     fn domain(&mut self) -> Option<Domain> {

@@ -116,6 +116,8 @@ impl UnitPowers {
             Dimension::Pressure => [-2.0, 1.0],
             Dimension::Force | Dimension::EnergyPerLength => [0.0, 1.0],
             Dimension::AnglePerLength => [-1.0, 0.0],
+            Dimension::PerPressure => [2.0, -1.0],
+            Dimension::Volume => [3.0, 0.0],
             Dimension::Moment | Dimension::Energy => [1.0, 1.0],
         };
         UnitPowers { metre, newton }
@@ -148,6 +150,7 @@ impl UnitPowers {
             Dimension::Force,
             Dimension::Moment,
             Dimension::AnglePerLength,
+            Dimension::PerPressure,
         ];
         if let Some(dimension) = named.into_iter().find(|known| self.fits(Self::of(*known))) {
             return dimension.noun().to_owned();

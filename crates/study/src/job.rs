@@ -5,7 +5,7 @@ use serde_json::value::RawValue;
 
 use contact::model::{
     Base, Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Punch, Scene,
-    SceneError, Shape,
+    SceneError, Shape, Wear,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::{Question, WitnessSearch};
@@ -195,6 +195,7 @@ impl Case {
         let scene = &mut self.scene;
         scene.loading = scene.loading.normalised();
         scene.friction.mu += 0.0;
+        scene.wear = scene.wear.map(Wear::normalised);
         normalise(&mut scene.foundation, &mut scene.punch.material);
         if let Shape::WheelOnRail(wheel) = &mut scene.punch.shape {
             for x in [
@@ -239,6 +240,7 @@ struct SceneText {
     foundation: Foundation,
     punch: PunchText,
     friction: Friction,
+    wear: Option<Wear>,
     domain: Option<Domain>,
     loading: Loading,
 }
@@ -256,6 +258,7 @@ impl From<CaseText> for Case {
             foundation,
             punch: PunchText { shape, material },
             friction,
+            wear,
             domain,
             loading,
         } = scene;
@@ -264,6 +267,7 @@ impl From<CaseText> for Case {
                 foundation,
                 punch: Punch { shape, material },
                 friction,
+                wear,
                 domain,
                 loading,
             },
@@ -336,6 +340,7 @@ pub(crate) mod tests {
                 foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),
                 punch: Punch { shape: Shape::Sphere { radius: 0.05 }, material: None },
                 friction: Friction { mu: 0.3 },
+                wear: None,
                 domain: None,
                 loading: Loading::path(vec![Step { approach: Some(2e-5), ..Step::default() }]),
             },

@@ -70,7 +70,7 @@ macro_rules! keys {
     };
 }
 
-use Dimension::{Angle, AnglePerLength, Force, Length, Moment, Pressure, Pure};
+use Dimension::{Angle, AnglePerLength, Force, Length, Moment, PerPressure, Pressure, Pure};
 use Quantity::{Choice, Count, Effects, Flag, LengthUnit, List, Number, Text};
 
 /// Examples of a layer and a load step.
@@ -149,6 +149,12 @@ keys! {
     PunchPoisson, "scene.punch.material.poisson", "punch_poisson",
         Number(Pure), "Poisson's ratio ν of an elastic punch";
     Mu, "scene.friction.mu", "mu", Number(Pure), "coefficient of friction μ";
+    WearCoefficient, "scene.wear.coefficient", "wear_coefficient", Number(PerPressure),
+        "wear coefficient k of both surfaces together: depth over pressure and sliding distance";
+    WearUpdate, "scene.wear.update", "wear_update", Flag,
+        "whether each increment meets the shape that the wear before it has left";
+    WearRepeat, "scene.wear.repeat", "wear_repeat", Count,
+        "cycles that each cycle of the path stands for: it wears so many times as much";
     DomainWidthX, "scene.domain.width_x", "domain_width_x", Number(Length), "extent of Ω along x";
     DomainWidthY, "scene.domain.width_y", "domain_width_y", Number(Length), "extent of Ω along y";
     DomainCenterX, "scene.domain.center_x", "domain_center_x",
@@ -387,6 +393,7 @@ impl Table {
         table("scene.punch", "punch"),
         table("scene.punch.material", "punch_material"),
         table("scene.friction", "friction"),
+        table("scene.wear", "wear"),
         table("scene.domain", "domain"),
         table("scene.loading", "loading"),
         table("scene.loading.steps", "steps"),

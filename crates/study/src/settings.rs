@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use contact::model::{
     Base, Domain, Effect, Foundation, Loading, Material, Mesh, Method, Numerics, Projection,
-    RollingDirection, RollingHistory, Shape, Side, Step,
+    RollingDirection, RollingHistory, Shape, Side, Step, Wear,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::Sole;
@@ -19,6 +19,7 @@ struct JobParts<'a> {
     shape: Option<Cow<'a, Shape>>,
     material: Option<&'a Material>,
     mu: Option<f64>,
+    wear: Option<&'a Wear>,
     domain: Option<&'a Domain>,
     loading: Option<&'a Loading>,
     mesh: Mesh,
@@ -54,6 +55,7 @@ impl<'a> JobParts<'a> {
                 })),
                 material: question.punch.as_ref(),
                 mu: None,
+                wear: None,
                 domain: None,
                 loading: None,
                 mesh: question.mesh,
@@ -75,6 +77,7 @@ impl<'a> JobParts<'a> {
             shape: Some(Cow::Borrowed(&scene.punch.shape)),
             material: scene.punch.material.as_ref(),
             mu: Some(scene.friction.mu),
+            wear: scene.wear.as_ref(),
             domain: scene.domain.as_ref(),
             loading: Some(&scene.loading),
             mesh: numerics.mesh,
@@ -146,6 +149,9 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         Key::PunchYoungsModulus => number(youngs_modulus_of(parts.material?)),
         Key::PunchPoisson => number(parts.material?.poisson),
         Key::Mu => number(parts.mu?),
+        Key::WearCoefficient => number(parts.wear?.coefficient),
+        Key::WearUpdate => Some(Setting::Flag(parts.wear?.update)),
+        Key::WearRepeat => Some(Setting::Count(parts.wear?.repeat)),
         Key::DomainWidthX => number(parts.domain?.width_x),
         Key::DomainWidthY => number(parts.domain?.width_y),
         Key::DomainCenterX => number(parts.domain?.center_x),

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, is_zero, positive, refuse};
 use super::loading::Loading;
+use super::wear::Wear;
 
 /// A contact scene in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +21,9 @@ pub struct Scene {
     pub punch: Punch,
     /// The Coulomb friction between the two.
     pub friction: Friction,
+    /// The wear of the surfaces; `None` is a scene that says nothing of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wear: Option<Wear>,
     /// The rectangle Ω that is meshed; `None` lets the punch and its approach choose it
     /// ([`domain`](crate::punch::domain)).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -359,7 +363,8 @@ impl Scene {
             finite("domain.center_x", domain.center_x)?;
             finite("domain.center_y", domain.center_y)?;
         }
-        self.loading.validate()
+        self.loading.validate()?;
+        self.wear.map_or(Ok(()), |wear| wear.validate(self.friction.mu, &self.loading))
     }
 }
 
@@ -400,6 +405,7 @@ pub(crate) mod tests {
             foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),
             punch: Punch { shape: Shape::Sphere { radius: 0.01 }, material: None },
             friction: Friction { mu: 0.3 },
+            wear: None,
             domain: None,
             loading: Loading::path(vec![Step { approach: Some(1e-6), ..Step::default() }]),
         }

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use super::increment::{Certifying, Departure, Increment, certify_increment, in_units};
 use super::watched::SolvedIncrement;
+use super::wearing::{Passage, Wearing};
 use crate::assess::estimate::{self, PathSolution};
 use crate::common::Cancellation;
 use crate::foundation::surface_compliance;
@@ -11,7 +12,7 @@ use crate::influence::{Components, Mirror};
 use crate::model::{
     Dof, Effect, Estimate, Fields, Further, Hertz, Leg, Level, Mesh, Method, Motion, Numerics,
     Outcome, PerDof, RailContact, RollingDirection, Scene, SceneError, Status, StepOutcome,
-    WorkDone,
+    WorkDone, Worn,
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
 use crate::punch::{Gap, PlacedWheel, Surfaces};
@@ -121,7 +122,7 @@ fn follow(
     );
     let mut levels: Vec<Level> = ladder.iter().map(Path::level).collect();
     levels.sort_by_key(|level| level.elements.map(u64::from).iter().product::<u64>());
-    let further = Further::default();
+    let further = Further { wear: path.wear(), ..Further::default() };
     let outcome = Outcome { status, levels, steps: path.steps, hertz, rail, estimate, further };
     Ok((outcome, path.fields))
 }
@@ -174,6 +175,14 @@ struct Roll {
     is_steady: bool,
 }
 
+impl Roll {
+    /// Returns the way that the material goes through Ω.
+    fn passage(self) -> Passage {
+        let distance = self.direction.sign() * self.distance;
+        if self.is_steady { Passage::Steady(distance) } else { Passage::Transient(distance) }
+    }
+}
+
 /// One increment of a leg.
 struct LegIncrement {
     leg: Leg,
@@ -211,6 +220,8 @@ struct Path {
     steps: Vec<StepOutcome>,
     /// The fields of the last increment.
     fields: Fields,
+    /// The wear so far, of a scene that wears.
+    wearing: Option<Wearing>,
 }
 
 impl Path {
@@ -233,6 +244,7 @@ impl Path {
             leg_departure,
             steps: Vec::new(),
             fields: Fields::default(),
+            wearing: setup.scene.wear.map(Wearing::new),
         }
     }
 
@@ -267,7 +279,7 @@ impl Path {
             &setup.stages,
             &Conditions { controls: &controls, start: &self.start, rule },
         );
-        let Increment { status, mut outcome, fields, left } = certify_increment(
+        let Increment { mut status, mut outcome, mut fields, left } = certify_increment(
             &self.problem,
             Certifying { elastic: &self.operator, steady: steady.as_ref() },
             &iterate,
@@ -279,6 +291,15 @@ impl Path {
         self.departure =
             Departure { motion: outcome.motion, resultants: outcome.observables.resultants() };
         self.steps.push(outcome);
+        if let Some(wearing) = &mut self.wearing {
+            let passage = roll.map_or(Passage::Still, Roll::passage);
+            let diagonal = self.operator.diagonals();
+            let added = wearing.add(&mut self.problem, &fields, leg.cycle, passage, diagonal);
+            if let (Err(reason), Status::Certified) = (added, &status) {
+                status = Status::Failed { reason };
+            }
+            fields.further.wear_depth = wearing.depth.clone();
+        }
         self.fields = fields;
         self.start = Start { p: iterate.p, motion: iterate.motion };
         if roll.is_some() {
@@ -338,6 +359,11 @@ impl Path {
             problem: &self.problem,
             tractions: &self.start.p,
         })
+    }
+
+    /// Returns the wear of each increment, of a scene that wears.
+    fn wear(&self) -> Vec<Worn> {
+        self.wearing.as_ref().map_or_else(Vec::new, |wearing| wearing.increments.clone())
     }
 
     /// Returns the outcomes and the last fields.
@@ -451,11 +477,12 @@ fn estimate(
 }
 
 /// Returns the figures of Hertz's theory for an increment's load. The theory knows no layers, no
-/// tilt and no moment.
+/// tilt and no moment, and not the shape that wear leaves.
 fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
     let load = step.observables.load;
-    let curvatures =
-        gap.curvatures().filter(|_| scene.foundation.layers.is_empty() && load > 0.0)?;
+    let is_worn = scene.wear.is_some_and(|wear| wear.update);
+    let is_theirs = scene.foundation.layers.is_empty() && load > 0.0 && !is_worn;
+    let curvatures = gap.curvatures().filter(|_| is_theirs)?;
     let compliance = surface_compliance(scene);
     let ellipse = hertz_ellipse(2.0 / compliance, 0.5 * curvatures[0], 0.5 * curvatures[1], load);
     let (a, b) = (ellipse.semi_axis_x, ellipse.semi_axis_y);

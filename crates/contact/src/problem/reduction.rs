@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
-use crate::model::{Control, Dof, Effect, Leg, Numerics, Scene, SceneError, Shape};
+use crate::model::{Control, Dof, Effect, Leg, Numerics, Scene, SceneError, Shape, Wear};
 use crate::punch::{Surfaces, domain};
 
 /// The decision whether an effect is simulated.
@@ -90,6 +90,7 @@ impl Effects {
                 Effect::History => history(scene),
                 Effect::LoadControl => load_control(scene),
                 Effect::Rolling => rolling(scene, &effects),
+                Effect::Wear => wear(scene, &effects),
             };
             let forced = !on && numerics.simulate.contains(&effect);
             let reason =
@@ -212,6 +213,27 @@ fn rolling(scene: &Scene, effects: &Effects) -> Ruling {
         (passing, false) => Ruling::on(format!("the contact rolls in {passing} increments")),
         (_, true) => Ruling::on("the contact rolls along the path, and into its steady state"),
     }
+}
+
+/// Rules on wear. It changes the contact only where the shape is updated.
+fn wear(scene: &Scene, effects: &Effects) -> Ruling {
+    let Some(Wear { coefficient, update, repeat }) = scene.wear else {
+        return Ruling::off("no wear coefficient is given");
+    };
+    if coefficient == 0.0 {
+        return Ruling::off("wear.coefficient = 0");
+    }
+    if !effects.has(Effect::Friction) {
+        return Ruling::off("no tangential tractions, and so no slip");
+    }
+    let given = match repeat {
+        1 => format!("wear.coefficient = {coefficient:e} 1/Pa"),
+        cycles => format!("wear.coefficient = {coefficient:e} 1/Pa, {cycles} cycles in each"),
+    };
+    Ruling::on(match update {
+        true => format!("{given}; the shape is updated after each increment"),
+        false => format!("{given}, on the undeformed shape"),
+    })
 }
 
 /// Rules on motions that are governed by forces.

@@ -15,7 +15,7 @@
 //! | `problem` | `effects` (reductions), `laws` (units, shared operators), `hard_cases` (range) |
 //! | `solver` | `agreement`, `beyond_uniqueness`, `peers`, `rolling`, `hard_cases` |
 //! | `assess` | `laws` (the certificate), `convergence` (norms, errors), `estimate` |
-//! | `path` | `paths`, `watched`, `peers`, `rolling`, `hard_cases` (a cycle of 200 steps) |
+//! | `path` | `paths`, `watched`, `peers`, `rolling`, `wear`, `hard_cases` (a cycle of 200 steps) |
 //! | `uniqueness` | `uniqueness_lower`, `uniqueness_upper` |
 //! | `multiplicity` | `multiplicity` |
 //! | `forecast` | `laws` (a forecast refuses what the problem refuses) |
@@ -58,5 +58,7 @@ mod uniqueness_lower;
 mod uniqueness_upper;
 /// A path that is watched shows its increments, their discrete problems, and ends on request.
 mod watched;
+/// Wear obeys Archard's law, on the shape as it is and on the shape that is left.
+mod wear;
 /// A wheel on a rail meets CONTACT's benchmark and Hertz.
 mod wheel_rail;

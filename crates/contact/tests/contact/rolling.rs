@@ -109,6 +109,7 @@ fn problem(case: &Value, steps: Vec<Step>) -> (Scene, Numerics) {
             material: Some(material(2)),
         },
         friction: Friction { mu: number(case, "mu") },
+        wear: None,
         domain: Some(Domain {
             width_x,
             width_y,

@@ -6,6 +6,7 @@ use super::freedom::ScenesFreedom;
 use super::rolling::ROLLING;
 use super::rolling_theory::ROLLING_THEORY;
 use super::spec::{KindSpec, KindTable};
+use super::wear::WEAR;
 use crate::axis::Group;
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::common::increments;
@@ -25,7 +26,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     assemble: |assembler, _| Job::Solve(assembler.case()),
     check: |_| Ok(()),
     to_toml: |_| String::new(),
-    columns: &[SOLUTION, ROLLING, ROLLING_THEORY],
+    columns: &[SOLUTION, ROLLING, ROLLING_THEORY, WEAR],
     usual_columns: &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"],
     suggestions,
 };

@@ -43,6 +43,9 @@ fn refuses(key: Key) -> Option<&'static str> {
         Key::Steps | Key::CycleFrom | Key::Cycles => {
             Some("uniqueness does not depend on the loading")
         }
+        Key::WearCoefficient | Key::WearUpdate | Key::WearRepeat => {
+            Some("uniqueness does not depend on wear")
+        }
         Key::DomainWidthX | Key::DomainWidthY | Key::DomainCenterX | Key::DomainCenterY => {
             Some("the flat sole of its punch is Ω")
         }

@@ -619,6 +619,7 @@ prop_compose! {
             foundation,
             punch: Punch { shape, material },
             friction: Friction { mu },
+            wear: None,
             domain,
             loading,
         };

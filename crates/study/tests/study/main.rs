@@ -12,3 +12,4 @@ mod sample;
 mod sensitivity;
 mod simulate;
 mod sphere;
+mod wear;
