@@ -8,6 +8,7 @@
 //! - `rigid`: the six rigid degrees of freedom of the punch ([`Dof`], [`Motion`], [`Control`]);
 //! - `rolling`: the rolling of a step ([`Rolling`]);
 //! - `loading`: the loading path, step by step ([`Loading`], [`Step`], [`Leg`]);
+//! - `wheelset`: the motion of a wheelset, from which creepages follow ([`WheelsetMotion`]);
 //! - `scene`: the bodies, the friction between them and Ω ([`Scene`]);
 //! - `effect`: the closed list of effects ([`Effect`]);
 //! - `numerics`: the mesh, the method and its tolerance ([`Numerics`]);
@@ -22,6 +23,7 @@ mod outcome;
 mod rigid;
 mod rolling;
 mod scene;
+mod wheelset;
 
 pub use effect::Effect;
 pub use error::SceneError;
@@ -34,9 +36,10 @@ pub use outcome::{
 };
 pub use rigid::{Control, Dof, Motion, PerDof};
 pub(crate) use rigid::{rigid_displacement, rigid_modes};
-pub use rolling::{Rolling, RollingDirection, RollingHistory};
+pub use rolling::{ImposedCreepages, Rolling, RollingDirection, RollingHistory};
 #[cfg(test)]
 pub(crate) use scene::tests::sphere_on_half_space;
 pub use scene::{
     Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, Shape, Side, WheelRail,
 };
+pub use wheelset::WheelsetMotion;

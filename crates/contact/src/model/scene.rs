@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, is_zero, positive, refuse};
 use super::loading::Loading;
+use super::wheelset::WheelsetMotion;
 
 /// A contact scene in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -219,6 +220,9 @@ pub struct WheelRail {
     /// The roll of the wheelset about x after the yaw \[rad\]; a positive one lowers the right
     /// wheel.
     pub roll: f64,
+    /// The motion of the wheelset, from which the creepages of steps that roll follow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<WheelsetMotion>,
 }
 
 impl WheelRail {
@@ -359,7 +363,13 @@ impl Scene {
             finite("domain.center_x", domain.center_x)?;
             finite("domain.center_y", domain.center_y)?;
         }
-        self.loading.validate()
+        self.loading.validate()?;
+        match &self.punch.shape {
+            Shape::WheelOnRail(WheelRail { motion: Some(motion), .. }) => {
+                motion.validate(&self.loading)
+            }
+            _ => Ok(()),
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use crate::model::{
     PerDof, RailContact, RollingDirection, Scene, SceneError, Status, StepOutcome, WorkDone,
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
-use crate::punch::{Gap, PlacedWheel, Surfaces};
+use crate::punch::{Gap, PlacedWheel, Surfaces, with_creepages};
 use crate::solver::{self, Conditions, Start, StopRule};
 use crate::theory::hertz_ellipse;
 
@@ -68,6 +68,7 @@ fn follow(
 ) -> Result<(Outcome, Fields), SceneError> {
     scene.validate()?;
     numerics.validate()?;
+    let scene = &*with_creepages(scene, surfaces)?;
     let gap = Gap::new(scene, surfaces)?;
     let problem = Problem::under(scene, numerics, &gap)?;
     problem.check_distances(scene)?;

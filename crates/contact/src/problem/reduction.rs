@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
 use crate::model::{Control, Dof, Effect, Numerics, Scene, SceneError, Shape};
-use crate::punch::{Surfaces, domain};
+use crate::punch::{Surfaces, domain, with_creepages};
 
 /// The decision whether an effect is simulated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -70,6 +70,7 @@ impl Effects {
         elements: [usize; 2],
         surfaces: &Surfaces,
     ) -> Result<Self, SceneError> {
+        let scene = &*with_creepages(scene, surfaces)?;
         let mut effects = Effects(Vec::with_capacity(Effect::ALL.len()));
         for effect in Effect::ALL {
             let Ruling { on, reason } = match effect {

@@ -31,6 +31,7 @@ fn rolling(history: RollingHistory) -> Rolling {
         direction: RollingDirection::Forward,
         dq: None,
         history,
+        imposed: ImposedCreepages::default(),
     }
 }
 
