@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use crate::foundation::relative_bodies;
 use crate::model::{Effect, Leg, Method, Numerics, Scene, SceneError, Shape, refuse};
 use crate::multiplicity::{Multiplicity, Search};
-use crate::problem::{Effects, Layout};
+use crate::problem::{Effects, Layout, check_distances};
 use crate::punch::{Surfaces, domain, with_creepages};
 use crate::uniqueness::{Question, WitnessSearch, lower};
 
@@ -42,6 +42,7 @@ pub fn forecast(
     let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?);
     let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;
+    check_distances(scene, layout.element[0] * layout.half_diameter)?;
     let elements = layout.nx as f64 * layout.ny as f64;
 
     let mut hasher = DefaultHasher::new();

@@ -1,5 +1,8 @@
 //! Assembles the scene and the numerics that a sheet describes.
 
+mod rolling;
+mod wheelset;
+
 use contact::model::{
     Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
     Projection, Punch, Scene, SceneError, Shape, Side, Step, WheelRail,
@@ -14,6 +17,7 @@ use crate::sheet::{
 };
 use crate::surface::MapExtent;
 use crate::units::{Compact, LengthUnit};
+use rolling::RollingWay;
 
 /// Returns the keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
 fn needed(shape: &str) -> &'static [Key] {
@@ -38,6 +42,10 @@ const WHEEL_ON_RAIL: &[(Key, f64)] = &[
     (Key::Roll, 0.0),
 ];
 
+/// The keys of a wheelset's motion.
+const WHEELSET_MOTION: &[Key] =
+    &[Key::Speed, Key::AngularSpeed, Key::LateralVelocity, Key::YawRate, Key::RollRate];
+
 /// The keys of a height map that say how its file is read.
 pub(crate) const HEIGHT_MAP: &[Key] =
     &[Key::HeightUnit, Key::LateralUnit, Key::Missing, Key::MissingValue];
@@ -47,9 +55,12 @@ const STEEPEST: f64 = 10.0;
 
 /// Returns the keys that a shape may have beyond those that it needs.
 fn optional(shape: &str) -> impl Iterator<Item = Key> {
-    let of_wheels = if shape == "wheel-on-rail" { WHEEL_ON_RAIL } else { &[] };
+    let is_wheel = shape == "wheel-on-rail";
+    let of_wheels = if is_wheel { WHEEL_ON_RAIL } else { &[] };
+    let of_motions = if is_wheel { WHEELSET_MOTION } else { &[] };
     let of_maps = if shape == "height-map" { HEIGHT_MAP } else { &[] };
-    of_wheels.iter().map(|(key, _)| *key).chain(of_maps.iter().copied())
+    let further = of_motions.iter().chain(of_maps).copied();
+    of_wheels.iter().map(|(key, _)| *key).chain(further)
 }
 
 /// Puts the indefinite article before a word.
@@ -187,6 +198,7 @@ impl<'a> Assembler<'a> {
     }
 
     fn step(&mut self, i: u32) -> Step {
+        let RollingWay { rolling, increments } = self.rolling(i);
         let number = |key| self.sheet.number(key);
         let step = Step {
             approach: number(Key::Approach(i)),
@@ -201,8 +213,8 @@ impl<'a> Assembler<'a> {
             moment_y: number(Key::MomentY(i)),
             twist: number(Key::Twist(i)),
             moment_z: number(Key::MomentZ(i)),
-            increments: self.sheet.count(Key::Increments(i)).unwrap_or(1),
-            rolling: None,
+            increments,
+            rolling,
         };
         if i == 0 && step.approach.is_none() && step.normal_force.is_none() {
             let mistake = Mistake::new(
@@ -350,7 +362,8 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    fn wheel_on_rail(&self) -> WheelRail {
+    fn wheel_on_rail(&mut self) -> WheelRail {
+        let motion = self.motion();
         let number = |key| {
             let default = || {
                 WHEEL_ON_RAIL
@@ -377,6 +390,7 @@ impl<'a> Assembler<'a> {
             lateral: number(Key::Lateral),
             yaw: number(Key::Yaw),
             roll: number(Key::Roll),
+            motion,
         }
     }
 

@@ -186,7 +186,8 @@ impl Job {
 impl Case {
     fn validate(&self) -> Result<(), SceneError> {
         self.scene.validate()?;
-        self.numerics.validate()
+        self.numerics.validate()?;
+        self.numerics.suit(&self.scene.loading)
     }
 
     fn normalise(&mut self) {
@@ -204,6 +205,13 @@ impl Case {
                 &mut wheel.roll,
             ] {
                 *x += 0.0;
+            }
+            if let Some(motion) = &mut wheel.motion {
+                motion.angular_speed = motion.angular_speed.map(|speed| speed + 0.0);
+                for x in [&mut motion.lateral_velocity, &mut motion.yaw_rate, &mut motion.roll_rate]
+                {
+                    *x += 0.0;
+                }
             }
         }
         self.numerics.epsilon += 0.0;

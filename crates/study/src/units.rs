@@ -28,6 +28,14 @@ pub enum Dimension {
     Energy,
     /// A time \[s\].
     Time,
+    /// An angle per length \[rad/m\].
+    AnglePerLength,
+    /// An energy per length \[J/m\].
+    EnergyPerLength,
+    /// A velocity \[m/s\].
+    Velocity,
+    /// An angular velocity \[rad/s\].
+    AngularVelocity,
 }
 
 impl Dimension {
@@ -44,6 +52,10 @@ impl Dimension {
             Dimension::Moment => "N m",
             Dimension::Energy => "J",
             Dimension::Time => "s",
+            Dimension::AnglePerLength => "rad/m",
+            Dimension::EnergyPerLength => "J/m",
+            Dimension::Velocity => "m/s",
+            Dimension::AngularVelocity => "rad/s",
         }
     }
 
@@ -59,6 +71,10 @@ impl Dimension {
             Dimension::Moment => "a moment",
             Dimension::Energy => "an energy",
             Dimension::Time => "a time",
+            Dimension::AnglePerLength => "an angle per length",
+            Dimension::EnergyPerLength => "an energy per length",
+            Dimension::Velocity => "a velocity",
+            Dimension::AngularVelocity => "an angular velocity",
         }
     }
 
@@ -129,6 +145,22 @@ const UNITS: &[Unit] = &[
     ten("uN m", Dimension::Moment, -6),
     ten("N mm", Dimension::Moment, -3),
     ten("kN m", Dimension::Moment, 3),
+    ten("rad/m", Dimension::AnglePerLength, 0),
+    ten("rad/mm", Dimension::AnglePerLength, 3),
+    ten("mrad/m", Dimension::AnglePerLength, -3),
+    ten("mrad/mm", Dimension::AnglePerLength, 0),
+    ten("1/m", Dimension::AnglePerLength, 0),
+    ten("1/mm", Dimension::AnglePerLength, 3),
+    ten("1/km", Dimension::AnglePerLength, -3),
+    ten("m/s", Dimension::Velocity, 0),
+    ten("cm/s", Dimension::Velocity, -2),
+    ten("mm/s", Dimension::Velocity, -3),
+    times("km/h", Dimension::Velocity, 1.0 / 3.6),
+    ten("rad/s", Dimension::AngularVelocity, 0),
+    ten("mrad/s", Dimension::AngularVelocity, -3),
+    times("deg/s", Dimension::AngularVelocity, std::f64::consts::PI / 180.0),
+    times("rpm", Dimension::AngularVelocity, std::f64::consts::PI / 30.0),
+    ten("1/s", Dimension::AngularVelocity, 0),
 ];
 
 /// Words that people write who mean a unit, each with the unit.
@@ -154,6 +186,15 @@ const MEANT: &[(&str, &str)] = &[
     ("newtons", "N"),
     ("lb", "lbf"),
     ("lbs", "lbf"),
+    ("/m", "1/m"),
+    ("m^-1", "1/m"),
+    ("/mm", "1/mm"),
+    ("kmh", "km/h"),
+    ("kph", "km/h"),
+    ("mps", "m/s"),
+    ("/s", "1/s"),
+    ("s^-1", "1/s"),
+    ("1/min", "rpm"),
 ];
 
 /// Returns the unit that a symbol stands for, however it is spelled.
@@ -425,6 +466,12 @@ mod tests {
             ("90 deg", Dimension::Angle, std::f64::consts::FRAC_PI_2),
             ("180°", Dimension::Angle, std::f64::consts::PI),
             ("1 in", Dimension::Length, 0.0254),
+            ("0.2 rad/mm", Dimension::AnglePerLength, 200.0),
+            ("0.2 1/m", Dimension::AnglePerLength, 0.2),
+            ("72 km/h", Dimension::Velocity, 20.0),
+            ("3 mm/s", Dimension::Velocity, 0.003),
+            ("30 rpm", Dimension::AngularVelocity, std::f64::consts::PI),
+            ("4.5 1/s", Dimension::AngularVelocity, 4.5),
         ] {
             assert_eq!(quantity(text, dimension), Ok(value), "{text}");
         }

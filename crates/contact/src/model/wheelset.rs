@@ -60,7 +60,7 @@ impl WheelsetMotion {
         {
             for (value, name) in rolling.given().into_iter().zip(super::Rolling::NAMES) {
                 if let Some(value) = value {
-                    let key = format!("loading.steps[{index}].rolling.{name}");
+                    let key = format!("loading.steps[{index}].{name}");
                     let expected = "cannot stand beside `punch.speed`: the motion of the wheelset \
                                     says what it is, so leave out one of the two";
                     return Err(refuse(&key, value, expected));

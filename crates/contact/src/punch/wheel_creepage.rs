@@ -130,7 +130,7 @@ pub(crate) fn with_creepages<'a>(
         let Some(rolling) = &mut step.rolling else { continue };
         if rolling.direction != direction {
             return Err(SceneError {
-                key: format!("loading.steps[{index}].rolling.direction"),
+                key: format!("loading.steps[{index}].direction"),
                 value: rolling.direction.words().to_owned(),
                 expected: format!(
                     "must be \"{}\", as the contact travels with {:e} m/s along the rail",
