@@ -14,8 +14,17 @@ use crate::output::{self, Finish};
 use crate::written_file;
 
 /// The names of the fields.
-const FIELDS: [&str; 8] =
-    ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"];
+const FIELDS: [&str; 9] = [
+    "pressure",
+    "traction_x",
+    "traction_y",
+    "traction",
+    "gap",
+    "slip_x",
+    "slip_y",
+    "friction_work",
+    "state",
+];
 
 /// The endings of files that hold one field.
 const SINGLE: [&str; 3] = ["png", "svg", "npy"];
@@ -94,6 +103,7 @@ fn field(fields: &Fields, name: &str) -> Result<Field> {
         "gap" => ("m", on_sole(&fields.gap)),
         "slip_x" => ("m", on_sole(&fields.slip_x)),
         "slip_y" => ("m", on_sole(&fields.slip_y)),
+        "friction_work" => ("J/m²", on_sole(&friction_work(fields))),
         "state" => {
             let names = ["outside", "open", "stick", "slip"].map(str::to_owned).to_vec();
             ("", Values::Category { states: fields.state.clone(), names })
@@ -103,9 +113,18 @@ fn field(fields: &Fields, name: &str) -> Result<Field> {
     Ok(Field::new(name, unit, grid, values)?)
 }
 
+/// Returns the energy that friction takes from each element in the last increment, over its area
+/// \[J/m²\].
+fn friction_work(fields: &Fields) -> Vec<f64> {
+    let along_x = fields.traction_x.iter().zip(&fields.slip_x);
+    let along_y = fields.traction_y.iter().zip(&fields.slip_y);
+    // A zero is to be a positive one.
+    along_x.zip(along_y).map(|((p, s), (q, r))| 0.0 - (p * s + q * r)).collect()
+}
+
 /// Returns the fields of a result that a page shows, of which the last one holds the states.
 pub(crate) fn page_fields(fields: &Fields) -> Result<Vec<Field>> {
-    let names = ["pressure", "traction", "gap", "slip", "state"];
+    let names = ["pressure", "traction", "gap", "slip", "friction_work", "state"];
     names.into_iter().map(|name| field(fields, name)).collect()
 }
 

@@ -8,6 +8,7 @@ pub mod convergence;
 pub mod cost;
 mod freedom;
 mod multiplicity;
+mod rolling;
 pub mod sensitivity;
 mod solve;
 mod spec;

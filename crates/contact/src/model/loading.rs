@@ -134,6 +134,11 @@ impl Step {
             [self.twist, self.moment_z],
         ])
     }
+
+    /// Returns whether the step rolls with a given creepage or spin in a degree of freedom.
+    pub fn creeps(&self, dof: Dof) -> bool {
+        self.rolling.is_some_and(|rolling| rolling.rate(dof).is_some())
+    }
 }
 
 /// Returns the count that a study file need not mention.

@@ -1,5 +1,6 @@
 //! The rolling of a step: creepages and spin, the way that the contact travels, and the history
-//! that it meets.
+//! that it meets (J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990,
+//! doi:10.1007/978-94-015-7889-9, whose signs these are).
 
 use serde::{Deserialize, Serialize};
 
@@ -100,6 +101,12 @@ impl RollingDirection {
 impl Rolling {
     /// The names of the creepages and the spin, in the order of [`Dof::TANGENTIAL`].
     pub(super) const NAMES: [&str; 3] = ["creepage_x", "creepage_y", "spin"];
+
+    /// Returns the name of the creepage or the spin that stands for a degree of freedom in rolling.
+    pub fn name(dof: Dof) -> Option<&'static str> {
+        let index = Dof::TANGENTIAL.into_iter().position(|tangential| tangential == dof)?;
+        Some(Self::NAMES[index])
+    }
 
     /// Returns the creepages and the spin that are given, in the order of [`Dof::TANGENTIAL`].
     pub(super) fn given(&self) -> [Option<f64>; 3] {

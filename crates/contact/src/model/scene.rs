@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, is_zero, positive, refuse};
 use super::loading::Loading;
+use super::rigid::Dof;
 use super::wheelset::WheelsetMotion;
 
 /// A contact scene in SI units.
@@ -370,6 +371,19 @@ impl Scene {
             }
             _ => Ok(()),
         }
+    }
+}
+
+impl Scene {
+    /// Returns whether the path moves a rigid degree of freedom, or prescribes its force.
+    pub fn moves(&self, dof: Dof) -> bool {
+        let of_wheelset = Dof::TANGENTIAL.contains(&dof)
+            && matches!(&self.punch.shape, Shape::WheelOnRail(wheel) if wheel.motion.is_some());
+        self.loading.steps.iter().any(|step| {
+            step.given()[dof] != [None, None]
+                || step.creeps(dof)
+                || of_wheelset && step.rolling.is_some()
+        })
     }
 }
 

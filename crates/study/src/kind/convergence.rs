@@ -14,6 +14,7 @@
 //! the smallest ε on the same mesh stands for the limit; that is the solution for ε = 0 if it is
 //! there.
 
+use super::rolling::ROLLING;
 use super::solve::{self, SOLUTION};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
 use crate::axis::{Group, SweepAxis};
@@ -35,7 +36,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         advice: "or say kind = \"convergence\" at the top",
     }),
     has_accuracy: false,
-    columns: &[SOLUTION, ERRORS],
+    columns: &[SOLUTION, ROLLING, ERRORS],
     usual_columns: &["load", "peak_pressure", "status"],
     suggestions,
     ..solve::SPEC

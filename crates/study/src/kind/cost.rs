@@ -22,6 +22,7 @@
 //! form, else against the limit to which the meshes with the tightest other settings extrapolate.
 
 use super::convergence::ERRORS;
+use super::rolling::ROLLING;
 use super::solve::{self, SOLUTION};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
 use crate::axis::{Group, SweepAxis};
@@ -52,7 +53,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         Job::Cost { case: assembler.case(), repeat, threads }
     },
     to_toml,
-    columns: &[SOLUTION, ERRORS, CLAIM],
+    columns: &[SOLUTION, ROLLING, ERRORS, CLAIM],
     usual_columns: &["seconds", "spread", "iterations", "status"],
     suggestions,
     ..solve::SPEC
