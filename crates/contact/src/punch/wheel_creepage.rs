@@ -12,7 +12,8 @@
 //! the components along x and s, and of ω R e_y − Ω the one along n, over the rolling speed, are
 //! the creepages and the spin. The rolling speed is the mean of those with which rail and wheel run
 //! through the contact, |V + (Ω × r)_x| and |ω (R e_y × r)_x|, as in CONTACT (E.A.H. Vollebregt,
-//! User guide for CONTACT). No angle is taken for small.
+//! Detailed wheel/rail geometry processing using the planar contact approach, 2022,
+//! doi:10.1080/00423114.2020.1853180). No angle is taken for small.
 
 use std::borrow::Cow;
 

@@ -83,6 +83,7 @@ fn step(case: &Value, step: &Value) -> Step {
         direction,
         dq: Some(number(step, "dq")),
         history,
+        imposed: ImposedCreepages::default(),
     };
     Step { rolling: Some(rolling), ..given }
 }
