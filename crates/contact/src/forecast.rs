@@ -7,7 +7,7 @@ use crate::foundation::relative_bodies;
 use crate::model::{Effect, Method, Numerics, RollingDirection, Scene, SceneError, Shape, refuse};
 use crate::multiplicity::{Multiplicity, Search};
 use crate::problem::{Effects, Layout, check_distances};
-use crate::punch::{Surfaces, domain};
+use crate::punch::{Surfaces, domain, with_creepages};
 use crate::uniqueness::{Question, WitnessSearch, lower};
 
 /// The forecast of the time and the memory of a solve.
@@ -38,6 +38,7 @@ pub fn forecast(
     numerics: &Numerics,
     surfaces: &Surfaces,
 ) -> Result<Forecast, SceneError> {
+    let scene = &*with_creepages(scene, surfaces)?;
     let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?);
     let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;

@@ -59,6 +59,8 @@ pub enum CitedSubject {
     HeightMap,
     /// The smoothing of the profiles of a wheel and a rail.
     Profiles,
+    /// The creepages that follow from the motion of a wheelset.
+    WheelCreepages,
     /// The limit of a ladder of meshes, and its uncertainty.
     Ladder,
     /// The search for several solutions.
@@ -86,6 +88,7 @@ impl CitedSubject {
             CitedSubject::MirrorPlanes,
             CitedSubject::HeightMap,
             CitedSubject::Profiles,
+            CitedSubject::WheelCreepages,
             CitedSubject::Ladder,
             CitedSubject::Multiplicity,
             CitedSubject::Uniqueness,
@@ -108,6 +111,7 @@ impl CitedSubject {
             CitedSubject::MirrorPlanes => "mirror planes",
             CitedSubject::HeightMap => "height map",
             CitedSubject::Profiles => "profiles",
+            CitedSubject::WheelCreepages => "creepages of a wheel",
             CitedSubject::Ladder => "ladder of meshes",
             CitedSubject::Multiplicity => "multiplicity",
             CitedSubject::Uniqueness => "uniqueness",
@@ -176,6 +180,10 @@ pub fn sources(subject: CitedSubject) -> Sources {
         CitedSubject::MirrorPlanes => works(&[&MAKHOUL]),
         CitedSubject::HeightMap => works(&[&AKIMA_ROW, &AKIMA_SURFACE]),
         CitedSubject::Profiles => works(&[&REINSCH]),
+        CitedSubject::WheelCreepages => Sources {
+            works: &[&VOLLEBREGT],
+            derived: "the vertical velocity with which the wheel stays on its rail",
+        },
         CitedSubject::Ladder => works(&[&ROACHE, &ECA]),
         CitedSubject::Multiplicity => works(&[&FARRELL, &STEELE]),
         CitedSubject::Uniqueness => Sources {
@@ -299,6 +307,18 @@ const SHEN: CitedWork = CitedWork {
     pages: "79–83",
     year: Some(1983),
     doi: Some("10.1080/00423118308968725"),
+};
+
+const VOLLEBREGT: CitedWork = CitedWork {
+    key: "vollebregt2022",
+    form: WorkForm::Article,
+    authors: &["Vollebregt, E. A. H."],
+    title: "Detailed wheel/rail geometry processing using the planar contact approach",
+    published_in: "Vehicle System Dynamics",
+    volume: "60",
+    pages: "1253–1291",
+    year: Some(2022),
+    doi: Some("10.1080/00423114.2020.1853180"),
 };
 
 const CHRISTENSEN: CitedWork = CitedWork {

@@ -9,6 +9,7 @@
 //! - `rolling`: the rolling of a step ([`Rolling`]);
 //! - `loading`: the loading path, step by step ([`Loading`], [`Step`], [`Leg`]);
 //! - `wear`: the wear of the surfaces ([`Wear`]);
+//! - `wheelset`: the motion of a wheelset, from which creepages follow ([`WheelsetMotion`]);
 //! - `scene`: the bodies, the friction between them and Ω ([`Scene`]);
 //! - `effect`: the closed list of effects ([`Effect`]);
 //! - `numerics`: the mesh, the method and its tolerance ([`Numerics`]);
@@ -26,6 +27,7 @@ mod rigid;
 mod rolling;
 mod scene;
 mod wear;
+mod wheelset;
 
 pub use effect::Effect;
 pub use error::SceneError;
@@ -39,10 +41,11 @@ pub use outcome::{
 };
 pub use rigid::{Control, Dof, Motion, PerDof};
 pub(crate) use rigid::{rigid_displacement, rigid_modes};
-pub use rolling::{Rolling, RollingDirection, RollingHistory};
+pub use rolling::{ImposedCreepages, Rolling, RollingDirection, RollingHistory};
 #[cfg(test)]
 pub(crate) use scene::tests::sphere_on_half_space;
 pub use scene::{
     Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, Shape, Side, WheelRail,
 };
 pub use wear::Wear;
+pub use wheelset::WheelsetMotion;

@@ -1,6 +1,7 @@
 //! Assembles the scene and the numerics that a sheet describes.
 
 mod rolling;
+mod wheelset;
 
 use contact::model::{
     Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
@@ -41,6 +42,10 @@ const WHEEL_ON_RAIL: &[(Key, f64)] = &[
     (Key::Roll, 0.0),
 ];
 
+/// The keys of a wheelset's motion.
+const WHEELSET_MOTION: &[Key] =
+    &[Key::Speed, Key::AngularSpeed, Key::LateralVelocity, Key::YawRate, Key::RollRate];
+
 /// The keys of a height map that say how its file is read.
 pub(crate) const HEIGHT_MAP: &[Key] =
     &[Key::HeightUnit, Key::LateralUnit, Key::Missing, Key::MissingValue];
@@ -50,9 +55,12 @@ const STEEPEST: f64 = 10.0;
 
 /// Returns the keys that a shape may have beyond those that it needs.
 fn optional(shape: &str) -> impl Iterator<Item = Key> {
-    let of_wheels = if shape == "wheel-on-rail" { WHEEL_ON_RAIL } else { &[] };
+    let is_wheel = shape == "wheel-on-rail";
+    let of_wheels = if is_wheel { WHEEL_ON_RAIL } else { &[] };
+    let of_motions = if is_wheel { WHEELSET_MOTION } else { &[] };
     let of_maps = if shape == "height-map" { HEIGHT_MAP } else { &[] };
-    of_wheels.iter().map(|(key, _)| *key).chain(of_maps.iter().copied())
+    let further = of_motions.iter().chain(of_maps).copied();
+    of_wheels.iter().map(|(key, _)| *key).chain(further)
 }
 
 /// Puts the indefinite article before a word.
@@ -366,7 +374,8 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    fn wheel_on_rail(&self) -> WheelRail {
+    fn wheel_on_rail(&mut self) -> WheelRail {
+        let motion = self.motion();
         let number = |key| {
             let default = || {
                 WHEEL_ON_RAIL
@@ -393,6 +402,7 @@ impl<'a> Assembler<'a> {
             lateral: number(Key::Lateral),
             yaw: number(Key::Yaw),
             roll: number(Key::Roll),
+            motion,
         }
     }
 

@@ -207,6 +207,13 @@ impl Case {
             ] {
                 *x += 0.0;
             }
+            if let Some(motion) = &mut wheel.motion {
+                motion.angular_speed = motion.angular_speed.map(|speed| speed + 0.0);
+                for x in [&mut motion.lateral_velocity, &mut motion.yaw_rate, &mut motion.roll_rate]
+                {
+                    *x += 0.0;
+                }
+            }
         }
         self.numerics.epsilon += 0.0;
         self.numerics.simulate.sort();

@@ -70,7 +70,10 @@ macro_rules! keys {
     };
 }
 
-use Dimension::{Angle, AnglePerLength, Force, Length, Moment, PerPressure, Pressure, Pure};
+use Dimension::{
+    Angle, AnglePerLength, AngularVelocity, Force, Length, Moment, PerPressure, Pressure, Pure,
+    Velocity,
+};
 use Quantity::{Choice, Count, Effects, Flag, LengthUnit, List, Number, Text};
 
 /// Examples of a layer and a load step.
@@ -142,6 +145,18 @@ keys! {
         Number(Angle), "yaw of the wheelset about z, positive turns x towards y";
     Roll, "scene.punch.roll", "roll",
         Number(Angle), "roll of the wheelset about x, positive lowers the right wheel";
+    Speed, "scene.punch.speed", "speed",
+        Number(Velocity), "velocity of the wheelset along the track; steps that roll then take \
+        their creepages from its motion";
+    AngularSpeed, "scene.punch.angular_speed", "angular_speed",
+        Number(AngularVelocity), "angular speed of the wheelset about its axle, speed over \
+        rolling_radius unless given";
+    LateralVelocity, "scene.punch.lateral_velocity", "lateral_velocity",
+        Number(Velocity), "velocity of the wheelset along y, positive to the right";
+    YawRate, "scene.punch.yaw_rate", "yaw_rate",
+        Number(AngularVelocity), "rate of the wheelset's yaw, against rails that rest";
+    RollRate, "scene.punch.roll_rate", "roll_rate",
+        Number(AngularVelocity), "rate of the wheelset's roll";
     PunchShearModulus, "scene.punch.material.shear_modulus", "punch_shear_modulus",
         Number(Pressure), "shear modulus G of an elastic punch";
     PunchYoungsModulus, "scene.punch.material.youngs_modulus", "punch_youngs_modulus",

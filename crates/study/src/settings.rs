@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use contact::model::{
     Base, Domain, Effect, Foundation, Loading, Material, Mesh, Method, Numerics, Projection,
-    RollingDirection, RollingHistory, Shape, Side, Step, Wear,
+    RollingDirection, RollingHistory, Shape, Side, Step, Wear, WheelsetMotion,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::Sole;
@@ -141,6 +141,11 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::FlangeBackDistance
         | Key::FlangeBackToOrigin
         | Key::Lateral
+        | Key::Speed
+        | Key::AngularSpeed
+        | Key::LateralVelocity
+        | Key::YawRate
+        | Key::RollRate
         | Key::Yaw
         | Key::Roll => of_shape(parts.shape.as_deref()?, key),
         // A job names its surface by content.
@@ -256,6 +261,18 @@ fn of_shape(shape: &Shape, key: Key) -> Option<Setting> {
         (Key::Lateral, Shape::WheelOnRail(wheel)) => number(wheel.lateral),
         (Key::Yaw, Shape::WheelOnRail(wheel)) => number(wheel.yaw),
         (Key::Roll, Shape::WheelOnRail(wheel)) => number(wheel.roll),
+        (_, Shape::WheelOnRail(wheel)) => of_motion(wheel.motion.as_ref()?, key),
+        _ => None,
+    }
+}
+
+fn of_motion(motion: &WheelsetMotion, key: Key) -> Option<Setting> {
+    match key {
+        Key::Speed => number(motion.speed),
+        Key::AngularSpeed => number(motion.angular_speed?),
+        Key::LateralVelocity => number(motion.lateral_velocity),
+        Key::YawRate => number(motion.yaw_rate),
+        Key::RollRate => number(motion.roll_rate),
         _ => None,
     }
 }

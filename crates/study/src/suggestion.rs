@@ -105,6 +105,11 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("moment_x", &["mx", "torquex"]),
     ("moment_y", &["my", "torquey"]),
     ("moment_z", &["mz", "m", "moment", "torque", "torquez", "torsion"]),
+    ("speed", &["v", "vs", "vx", "velocity", "speedx", "velocityx", "forwardspeed"]),
+    ("angular_speed", &["omega", "ω", "vpitch", "pitchrate", "pitchvelocity", "rotation"]),
+    ("lateral_velocity", &["vy", "velocityy", "lateralspeed"]),
+    ("yaw_rate", &["vyaw", "yawvelocity", "yawspeed"]),
+    ("roll_rate", &["vroll", "rollvelocity", "rollspeed"]),
     ("increments", &["n", "substeps", "increment", "nsteps"]),
     (
         "creepage_x",

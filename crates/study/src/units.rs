@@ -36,6 +36,10 @@ pub enum Dimension {
     PerPressure,
     /// A volume \[m³\].
     Volume,
+    /// A velocity \[m/s\].
+    Velocity,
+    /// An angular velocity \[rad/s\].
+    AngularVelocity,
 }
 
 impl Dimension {
@@ -56,6 +60,8 @@ impl Dimension {
             Dimension::EnergyPerLength => "J/m",
             Dimension::PerPressure => "1/Pa",
             Dimension::Volume => "m³",
+            Dimension::Velocity => "m/s",
+            Dimension::AngularVelocity => "rad/s",
         }
     }
 
@@ -75,6 +81,8 @@ impl Dimension {
             Dimension::EnergyPerLength => "an energy per length",
             Dimension::PerPressure => "one over a pressure",
             Dimension::Volume => "a volume",
+            Dimension::Velocity => "a velocity",
+            Dimension::AngularVelocity => "an angular velocity",
         }
     }
 
@@ -165,6 +173,15 @@ const UNITS: &[Unit] = &[
     ten("um^3/(N mm)", Dimension::PerPressure, -15),
     ten("m^3/J", Dimension::PerPressure, 0),
     ten("mm^3/J", Dimension::PerPressure, -9),
+    ten("m/s", Dimension::Velocity, 0),
+    ten("cm/s", Dimension::Velocity, -2),
+    ten("mm/s", Dimension::Velocity, -3),
+    times("km/h", Dimension::Velocity, 1.0 / 3.6),
+    ten("rad/s", Dimension::AngularVelocity, 0),
+    ten("mrad/s", Dimension::AngularVelocity, -3),
+    times("deg/s", Dimension::AngularVelocity, std::f64::consts::PI / 180.0),
+    times("rpm", Dimension::AngularVelocity, std::f64::consts::PI / 30.0),
+    ten("1/s", Dimension::AngularVelocity, 0),
 ];
 
 /// Words that people write who mean a unit, each with the unit.
@@ -197,6 +214,12 @@ const MEANT: &[(&str, &str)] = &[
     ("/pa", "1/Pa"),
     ("mpa^-1", "1/MPa"),
     ("/mpa", "1/MPa"),
+    ("kmh", "km/h"),
+    ("kph", "km/h"),
+    ("mps", "m/s"),
+    ("/s", "1/s"),
+    ("s^-1", "1/s"),
+    ("1/min", "rpm"),
 ];
 
 /// Returns the unit that a symbol stands for, however it is spelled.
@@ -482,6 +505,10 @@ mod tests {
             ("1e-5mm3/N m", Dimension::PerPressure, 1e-14),
             ("3e-8 mm2/N", Dimension::PerPressure, 3e-14),
             ("4 um^3/(N*mm)", Dimension::PerPressure, 4e-15),
+            ("72 km/h", Dimension::Velocity, 20.0),
+            ("3 mm/s", Dimension::Velocity, 0.003),
+            ("30 rpm", Dimension::AngularVelocity, std::f64::consts::PI),
+            ("4.5 1/s", Dimension::AngularVelocity, 4.5),
         ] {
             assert_eq!(quantity(text, dimension), Ok(value), "{text}");
         }

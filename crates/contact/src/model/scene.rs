@@ -9,7 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, is_zero, positive, refuse};
 use super::loading::Loading;
+use super::rigid::Dof;
 use super::wear::Wear;
+use super::wheelset::WheelsetMotion;
 
 /// A contact scene in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -223,6 +225,9 @@ pub struct WheelRail {
     /// The roll of the wheelset about x after the yaw \[rad\]; a positive one lowers the right
     /// wheel.
     pub roll: f64,
+    /// The motion of the wheelset, from which the creepages of steps that roll follow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<WheelsetMotion>,
 }
 
 impl WheelRail {
@@ -364,7 +369,28 @@ impl Scene {
             finite("domain.center_y", domain.center_y)?;
         }
         self.loading.validate()?;
-        self.wear.map_or(Ok(()), |wear| wear.validate(self.friction.mu, &self.loading))
+        if let Some(wear) = &self.wear {
+            wear.validate(self.friction.mu, &self.loading)?;
+        }
+        match &self.punch.shape {
+            Shape::WheelOnRail(WheelRail { motion: Some(motion), .. }) => {
+                motion.validate(&self.loading)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Scene {
+    /// Returns whether the path moves a rigid degree of freedom, or prescribes its force.
+    pub fn moves(&self, dof: Dof) -> bool {
+        let of_wheelset = Dof::TANGENTIAL.contains(&dof)
+            && matches!(&self.punch.shape, Shape::WheelOnRail(wheel) if wheel.motion.is_some());
+        self.loading.steps.iter().any(|step| {
+            step.given()[dof] != [None, None]
+                || step.creeps(dof)
+                || of_wheelset && step.rolling.is_some()
+        })
     }
 }
 

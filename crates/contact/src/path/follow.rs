@@ -15,7 +15,7 @@ use crate::model::{
     WorkDone, Worn,
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
-use crate::punch::{Gap, PlacedWheel, Surfaces};
+use crate::punch::{Gap, PlacedWheel, Surfaces, with_creepages};
 use crate::solver::{self, Conditions, Start, StopRule};
 use crate::theory::hertz_ellipse;
 
@@ -70,6 +70,7 @@ fn follow(
 ) -> Result<(Outcome, Fields), SceneError> {
     scene.validate()?;
     numerics.validate()?;
+    let scene = &*with_creepages(scene, surfaces)?;
     let gap = Gap::new(scene, surfaces)?;
     let problem = Problem::under(scene, numerics, &gap)?;
     problem.check_distances(scene)?;

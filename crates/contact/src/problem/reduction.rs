@@ -10,8 +10,10 @@ use serde::Serialize;
 
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
-use crate::model::{Control, Dof, Effect, Leg, Numerics, Scene, SceneError, Shape, Wear};
-use crate::punch::{Surfaces, domain};
+use crate::model::{
+    Control, Dof, Effect, Leg, Numerics, Scene, SceneError, Shape, Wear, WheelRail,
+};
+use crate::punch::{Surfaces, domain, with_creepages};
 
 /// The decision whether an effect is simulated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -70,6 +72,7 @@ impl Effects {
         elements: [usize; 2],
         surfaces: &Surfaces,
     ) -> Result<Self, SceneError> {
+        let scene = &*with_creepages(scene, surfaces)?;
         let mut effects = Effects(Vec::with_capacity(Effect::ALL.len()));
         for effect in Effect::ALL {
             let Ruling { on, reason } = match effect {
@@ -207,12 +210,18 @@ fn rolling(scene: &Scene, effects: &Effects) -> Ruling {
     }
     let passing: u32 =
         rolling.iter().filter(|leg| !leg.is_steady()).map(|leg| leg.increments).sum();
-    match (passing, rolling.iter().any(|leg| leg.is_steady())) {
-        (0, _) => Ruling::on("the steady state of rolling is asked for"),
-        (1, false) => Ruling::on("the contact rolls in an increment"),
-        (passing, false) => Ruling::on(format!("the contact rolls in {passing} increments")),
-        (_, true) => Ruling::on("the contact rolls along the path, and into its steady state"),
-    }
+    let rolls = match (passing, rolling.iter().any(|leg| leg.is_steady())) {
+        (0, _) => "the steady state of rolling is asked for".to_owned(),
+        (1, false) => "the contact rolls in an increment".to_owned(),
+        (passing, false) => format!("the contact rolls in {passing} increments"),
+        (_, true) => "the contact rolls along the path, and into its steady state".to_owned(),
+    };
+    Ruling::on(match &scene.punch.shape {
+        Shape::WheelOnRail(WheelRail { motion: Some(_), .. }) => {
+            format!("{rolls}; the creepages are those of the wheelset's motion")
+        }
+        _ => rolls,
+    })
 }
 
 /// Rules on wear. It changes the contact only where the shape is updated.

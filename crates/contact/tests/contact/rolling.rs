@@ -35,6 +35,7 @@ fn rolling(history: RollingHistory) -> Rolling {
         direction: RollingDirection::Forward,
         dq: None,
         history,
+        imposed: ImposedCreepages::default(),
     }
 }
 
@@ -86,6 +87,7 @@ fn step(case: &Value, step: &Value) -> Step {
         direction,
         dq: Some(number(step, "dq")),
         history,
+        imposed: ImposedCreepages::default(),
     };
     Step { rolling: Some(rolling), ..given }
 }

@@ -199,6 +199,7 @@ fn creeping(direction: RollingDirection, dq: f64, history: RollingHistory) -> Ro
         direction,
         dq: Some(dq),
         history,
+        imposed: ImposedCreepages::default(),
     }
 }
 

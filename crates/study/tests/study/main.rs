@@ -13,3 +13,4 @@ mod sensitivity;
 mod simulate;
 mod sphere;
 mod wear;
+mod wheelset;
