@@ -131,7 +131,7 @@ impl UnitPowers {
     pub(crate) fn fits(self, other: UnitPowers) -> bool {
         let pairs =
             [(self.metre, other.metre), (self.newton, other.newton), (self.second, other.second)];
-        pairs.iter().all(|(own, other)| (own - other).abs() < 1e-9)
+        pairs.iter().all(|(power, other)| (power - other).abs() < 1e-9)
     }
 
     fn is_pure(self) -> bool {

@@ -327,7 +327,7 @@ mod tests {
             flange_back_to_origin: 0.07,
         };
         let track = Track { gauge: 1.45, gauge_depth: 0.001 };
-        let at = |side: Side, lateral: f64| {
+        let meeting = |side: Side, lateral: f64| {
             let position = Position { lateral, ..Position::default() };
             let pair = WheelOnRail::new(&wheel, &rail, &wheelset, &track, side, &position).unwrap();
             let point = touching(&pair);
@@ -335,11 +335,11 @@ mod tests {
         };
         for lateral in [0.0, 2e-3, -6e-3] {
             let ((left_radius, left), (right_radius, right)) =
-                (at(Side::Left, lateral), at(Side::Right, lateral));
+                (meeting(Side::Left, lateral), meeting(Side::Right, lateral));
             let difference = 2.0 * slope * lateral;
             assert!((right_radius - left_radius - difference).abs() < 1e-9, "{lateral}");
             for (side, radius, found) in [(-1.0, left_radius, left), (1.0, right_radius, right)] {
-                let centred = at(Side::Right, 0.0).0;
+                let centred = meeting(Side::Right, 0.0).0;
                 // Over the forward speed this is λ y/r₀, beside what the centred wheel has.
                 let [x, y, spin] = numbers(&found);
                 let forward = x * found.rolling_speed / STILL.speed;
