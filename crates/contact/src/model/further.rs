@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The figures that a scene asks for beyond those of every [`Outcome`](super::outcome::Outcome).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Further {
-    /// What each increment of the path wears, in order; empty for a scene that does not wear.
+    /// The wear of each increment of the path, in order; empty for a scene that does not wear.
     pub wear: Vec<Worn>,
     /// The stresses below the surface at the end of the path, where they are asked for.
     pub interior: Option<Interior>,
@@ -41,9 +41,9 @@ pub struct Interior {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FurtherFields {
     /// The depth that the path has worn away at each element \[m\], of both surfaces together; empty
-    /// for a scene that does not wear. Where the path rolls it is that of the material of the
-    /// foundation that stands there at its end, and after an increment that rolls steadily what that
-    /// material has lost since it entered the contact.
+    /// for a scene that does not wear. Where the path rolls it is that of the foundation's material
+    /// that stands there at its end, and after an increment that rolls steadily what that material
+    /// has lost since it entered the contact.
     pub wear_depth: Vec<f64>,
 }
 

@@ -34,8 +34,8 @@ impl Wear {
         if cycle > 0 { f64::from(self.repeat) } else { 1.0 }
     }
 
-    /// Refuses wear without a mechanical meaning under the friction coefficient `mu`, along the path
-    /// `loading`.
+    /// Refuses wear without a mechanical meaning under the friction coefficient `mu`, along the
+    /// path `loading`.
     pub(super) fn validate(&self, mu: f64, loading: &Loading) -> Result<(), SceneError> {
         let Self { coefficient, update, repeat } = *self;
         if !(coefficient.is_finite() && coefficient >= 0.0) {

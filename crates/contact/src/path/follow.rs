@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::increment::{Certifying, Departure, Increment, certify_increment, in_units};
 use super::watched::SolvedIncrement;
-use super::wearing::{Passage, Wearing};
+use super::wearing::{MaterialMotion, Wearing};
 use crate::assess::estimate::{self, PathSolution};
 use crate::common::Cancellation;
 use crate::foundation::surface_compliance;
@@ -178,9 +178,13 @@ struct Roll {
 
 impl Roll {
     /// Returns the way that the material goes through Ω.
-    fn passage(self) -> Passage {
+    fn material(self) -> MaterialMotion {
         let distance = self.direction.sign() * self.distance;
-        if self.is_steady { Passage::Steady(distance) } else { Passage::Transient(distance) }
+        if self.is_steady {
+            MaterialMotion::Steady(distance)
+        } else {
+            MaterialMotion::Transient(distance)
+        }
     }
 }
 
@@ -293,9 +297,9 @@ impl Path {
             Departure { motion: outcome.motion, resultants: outcome.observables.resultants() };
         self.steps.push(outcome);
         if let Some(wearing) = &mut self.wearing {
-            let passage = roll.map_or(Passage::Still, Roll::passage);
+            let motion = roll.map_or(MaterialMotion::Still, Roll::material);
             let diagonal = self.operator.diagonals();
-            let added = wearing.add(&mut self.problem, &fields, leg.cycle, passage, diagonal);
+            let added = wearing.add(&mut self.problem, &fields, leg.cycle, motion, diagonal);
             if let (Err(reason), Status::Certified) = (added, &status) {
                 status = Status::Failed { reason };
             }

@@ -1,5 +1,5 @@
-//! The wear along a path: Archard's law in each increment, the depth on the material as it stands or
-//! passes through, and the shape that is left.
+//! The wear along a path: Archard's law in each increment, the depth on the material as it stands
+//! or passes through, and the shape that is left.
 
 use crate::influence::Diagonals;
 use crate::model::{Fields, State, Wear, Worn};
@@ -8,7 +8,7 @@ use crate::problem::Problem;
 /// The way that the material of the foundation goes through Ω in an increment, with the distance
 /// along x that the contact goes on, positive towards +x \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Passage {
+pub(crate) enum MaterialMotion {
     /// The material stays where it is.
     Still,
     /// The material passes, and brings along what it has lost.
@@ -39,9 +39,9 @@ impl Wearing {
     }
 
     /// Adds what an increment with these `fields` wears, in the cycle of this number. The pressure
-    /// and the traction are those at its end, as in the law of friction, so that the volume is k/μ
-    /// times the energy lost. If the shape is updated, the gap of `problem` becomes the one that the
-    /// increment leaves.
+    /// is that at its end, as in the law of friction, so that the volume is k/μ times the energy
+    /// lost. If the shape is updated, the gap of `problem` becomes the one that the increment
+    /// leaves. `diagonal` has the diagonal entries of A.
     ///
     /// # Errors
     /// A reason in words says why what is worn away leaves no shape that a path could go on with.
@@ -50,7 +50,7 @@ impl Wearing {
         problem: &mut Problem,
         fields: &Fields,
         cycle: u32,
-        passage: Passage,
+        motion: MaterialMotion,
         diagonal: Diagonals,
     ) -> Result<(), String> {
         let Wear { coefficient, update, .. } = self.wear;
@@ -62,17 +62,17 @@ impl Wearing {
         let nx = fields.shape[0] as usize;
         let volume = worn.iter().sum::<f64>() * (width * height);
         self.depth.resize(worn.len(), 0.0);
-        match passage {
-            Passage::Still => {}
-            Passage::Transient(distance) => {
+        match motion {
+            MaterialMotion::Still => {}
+            MaterialMotion::Transient(distance) => {
                 self.depth = carried(&self.depth, nx, distance / width);
             }
-            Passage::Steady(distance) => {
+            MaterialMotion::Steady(distance) => {
                 self.depth = passed(&worn, nx, distance.is_sign_positive());
                 self.depth.iter_mut().for_each(|depth| *depth *= width / distance.abs());
             }
         }
-        if !matches!(passage, Passage::Steady(_)) {
+        if !matches!(motion, MaterialMotion::Steady(_)) {
             self.depth.iter_mut().zip(&worn).for_each(|(depth, worn)| *depth += worn);
         }
         let deepest = self.depth.iter().copied().fold(0.0, f64::max);

@@ -231,8 +231,8 @@ fn a_pass_wears_the_volume_per_length() {
 }
 
 /// On a way that begins with the steady state each increment wears the same volume. Material that
-/// has passed the contact has lost the depth of a pass; where an increment is several elements long,
-/// as many elements have it together.
+/// has passed the contact has lost the depth of a pass; where an increment is several elements
+/// long, as many elements have it together.
 #[test]
 fn a_way_on_from_the_steady_state_goes_on_wearing_as_it_does() {
     use RollingDirection::{Backward, Forward};
@@ -366,8 +366,8 @@ fn cycles_that_stand_for_many_wear_so_many_times_as_much() {
     }
 }
 
-/// With the shape updated, a cycle that stands for many leads to the shape of as many cycles, with an error of the first
-/// order in their number.
+/// With the shape updated, a cycle that stands for many leads to the shape of as many cycles, with
+/// an error of the first order in their number.
 #[test]
 fn cycles_that_stand_for_many_lead_to_the_same_shape() {
     let of = |repeat: u32| {
