@@ -34,4 +34,5 @@ pub(crate) use bodies::{
 pub use coefficient::Coefficient;
 pub use half_space::HalfSpace;
 pub use layered::Layered;
-pub(crate) use subsurface::{StressBlock, StressKernels};
+pub(crate) use layered_stress::DepthSide;
+pub(crate) use subsurface::{StressBlock, StressKernels, interfaces};

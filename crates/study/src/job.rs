@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
 use contact::model::{
-    Base, Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Punch, Scene,
-    SceneError, Shape,
+    Base, Domain, Foundation, Friction, InteriorQuestion, Loading, Material, Mesh, Method,
+    Numerics, Punch, Scene, SceneError, Shape,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::{Question, WitnessSearch};
@@ -207,6 +207,9 @@ impl Case {
                 *x += 0.0;
             }
         }
+        if let Some(InteriorQuestion { depths, points, .. }) = &mut scene.interior {
+            depths.iter_mut().chain(points.iter_mut().flatten()).for_each(|x| *x += 0.0);
+        }
         self.numerics.epsilon += 0.0;
         self.numerics.simulate.sort();
         self.numerics.simulate.dedup();
@@ -241,6 +244,7 @@ struct SceneText {
     friction: Friction,
     domain: Option<Domain>,
     loading: Loading,
+    interior: Option<InteriorQuestion>,
 }
 
 #[derive(Deserialize)]
@@ -258,6 +262,7 @@ impl From<CaseText> for Case {
             friction,
             domain,
             loading,
+            interior,
         } = scene;
         Case {
             scene: Scene {
@@ -266,6 +271,7 @@ impl From<CaseText> for Case {
                 friction,
                 domain,
                 loading,
+                interior,
             },
             numerics,
         }
@@ -338,6 +344,7 @@ pub(crate) mod tests {
                 friction: Friction { mu: 0.3 },
                 domain: None,
                 loading: Loading::path(vec![Step { approach: Some(2e-5), ..Step::default() }]),
+                interior: None,
             },
             numerics,
         }

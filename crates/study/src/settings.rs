@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use contact::model::{
-    Base, Domain, Effect, Foundation, Loading, Material, Mesh, Method, Numerics, Projection,
-    RollingDirection, RollingHistory, Shape, Side, Step,
+    Base, Domain, Effect, Foundation, InteriorQuestion, Loading, Material, Mesh, Method, Numerics,
+    Projection, RollingDirection, RollingHistory, Shape, Side, Step,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::Sole;
@@ -21,6 +21,7 @@ struct JobParts<'a> {
     mu: Option<f64>,
     domain: Option<&'a Domain>,
     loading: Option<&'a Loading>,
+    interior: Option<&'a InteriorQuestion>,
     mesh: Mesh,
     projection: Projection,
     epsilon: f64,
@@ -56,6 +57,7 @@ impl<'a> JobParts<'a> {
                 mu: None,
                 domain: None,
                 loading: None,
+                interior: None,
                 mesh: question.mesh,
                 projection: question.projection,
                 epsilon: question.epsilon,
@@ -77,6 +79,7 @@ impl<'a> JobParts<'a> {
             mu: Some(scene.friction.mu),
             domain: scene.domain.as_ref(),
             loading: Some(&scene.loading),
+            interior: scene.interior.as_ref(),
             mesh: numerics.mesh,
             projection: numerics.projection,
             epsilon: numerics.epsilon,
@@ -174,6 +177,9 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::Steady(_)
         | Key::CycleFrom
         | Key::Cycles => of_loading(parts.loading?, key),
+        Key::InteriorMaximum | Key::InteriorDepth | Key::InteriorDepths | Key::InteriorPoints => {
+            of_interior(parts.interior?, key)
+        }
         Key::Mesh
         | Key::Projection
         | Key::Epsilon
@@ -317,6 +323,19 @@ fn distance_of(dq: f64, increments: u32) -> f64 {
     let (below, above) = (near.next_down(), near.next_up());
     let mut candidates = rounded.chain([near, below, above, below.next_down(), above.next_up()]);
     candidates.find(|distance| distance / f64::from(increments) == dq).unwrap_or(near)
+}
+
+/// Returns what is asked of the stresses below the surface. One depth is a number, which may be an
+/// axis, and several are a list.
+fn of_interior(question: &InteriorQuestion, key: Key) -> Option<Setting> {
+    let InteriorQuestion { maximum, depths, points } = question;
+    match (key, &depths[..]) {
+        (Key::InteriorMaximum, _) => maximum.then_some(Setting::Flag(true)),
+        (Key::InteriorDepth, [depth]) => number(*depth),
+        (Key::InteriorDepths, [_, _, ..]) => Some(Setting::Lengths(depths.clone())),
+        (Key::InteriorPoints, _) => (!points.is_empty()).then(|| Setting::Places(points.clone())),
+        _ => None,
+    }
 }
 
 fn of_numerics(parts: &JobParts<'_>, key: Key) -> Option<Setting> {

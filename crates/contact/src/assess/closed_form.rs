@@ -87,6 +87,7 @@ mod tests {
             friction: Friction { mu },
             domain: None,
             loading: Loading::path(steps.to_vec()),
+            interior: None,
         }
     }
 

@@ -19,8 +19,27 @@ pub(super) const FUNCTIONS: usize = 10;
 pub(super) type Ten = [f64; FUNCTIONS];
 
 /// The orders of the Bessel functions of the transforms of [`Cut::functions`].
-pub(super) const HARMONICS: [f64; FUNCTIONS] =
-    [0.0, 0.0, 2.0, 1.0, 1.0, 1.0, 1.0, 3.0, 0.0, 2.0];
+pub(super) const HARMONICS: [f64; FUNCTIONS] = [0.0, 0.0, 2.0, 1.0, 1.0, 1.0, 1.0, 3.0, 0.0, 2.0];
+
+/// The side of a depth at which two materials meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DepthSide {
+    /// The upper material.
+    Above,
+    /// The lower material.
+    Below,
+}
+
+impl DepthSide {
+    /// Returns whether a depth lies above the lower face of a layer; the face itself does on the
+    /// upper side.
+    pub(crate) fn is_above(self, depth: f64, face: f64) -> bool {
+        match self {
+            Self::Above => depth <= face * (1.0 + 1e-14),
+            Self::Below => depth < face * (1.0 - 1e-14),
+        }
+    }
+}
 
 /// The layers, cut at a depth.
 #[derive(Clone, Debug)]
@@ -35,15 +54,15 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    /// Cuts the layers at a depth ≥ 0. A depth at which two materials meet belongs to the upper one.
-    /// Returns `None` in a rigid base.
-    pub(super) fn new(layered: &Layered, depth: f64) -> Option<Self> {
+    /// Cuts the layers at a depth ≥ 0, in the material on this side of it. Returns `None` in a rigid
+    /// base.
+    pub(super) fn new(layered: &Layered, depth: f64, side: DepthSide) -> Option<Self> {
         let (layers, base) = (layered.layers(), layered.base());
         let (mut above, mut top) = (Vec::new(), 0.0);
         for (index, layer) in layers.iter().enumerate() {
             let bottom = top + layer.thickness;
-            if depth <= bottom * (1.0 + 1e-14) {
-                let upper = (depth - top).min(layer.thickness);
+            if side.is_above(depth, bottom) {
+                let upper = (depth - top).clamp(0.0, layer.thickness);
                 above.push(Layer { thickness: upper, ..*layer });
                 let mut below = vec![Layer { thickness: layer.thickness - upper, ..*layer }];
                 below.extend_from_slice(&layers[index + 1..]);
@@ -56,7 +75,7 @@ impl Cut {
         above.push(Layer {
             shear_modulus: material.shear_modulus,
             poisson: material.poisson,
-            thickness: depth - top,
+            thickness: (depth - top).max(0.0),
         });
         Some(Self { above, below: Vec::new(), base, material })
     }

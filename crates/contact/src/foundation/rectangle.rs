@@ -156,11 +156,8 @@ impl Derivatives {
             }
             return sum;
         }
-        let (halves, offset) = if a >= b {
-            ([0.5 * a, b], [0.5 * a, 0.0])
-        } else {
-            ([a, 0.5 * b], [0.0, 0.5 * b])
-        };
+        let (halves, offset) =
+            if a >= b { ([0.5 * a, b], [0.5 * a, 0.0]) } else { ([a, 0.5 * b], [0.0, 0.5 * b]) };
         for side in [-1.0, 1.0] {
             let from = [x + side * offset[0], y + side * offset[1]];
             sum.add(&Self::of_rectangle(from, z, halves), 1.0);
@@ -202,12 +199,7 @@ impl Derivatives {
 /// They are good to 1e-12 of the largest at any depth and distance. At depth 0 a stress that jumps
 /// on an edge is the mean of both sides, and one that is infinite there is that at a distance of
 /// 1e-12 of the longer half-side.
-pub(super) fn stresses(
-    [x, y]: [f64; 2],
-    depth: f64,
-    [a, b]: [f64; 2],
-    nu: f64,
-) -> StressBlock {
+pub(super) fn stresses([x, y]: [f64; 2], depth: f64, [a, b]: [f64; 2], nu: f64) -> StressBlock {
     let unit = a.max(b);
     let z = depth / unit;
     // Products of smaller depths would vanish.

@@ -10,11 +10,11 @@ use rayon::prelude::*;
 
 use super::hankel::{LogGrid, Transform};
 use super::layered::Layered;
-use super::layered_stress::{Cut, FUNCTIONS, HARMONICS, Ten};
+use super::layered_stress::{Cut, DepthSide, FUNCTIONS, HARMONICS, Ten};
 use super::radial::{DEGREE, PANEL, chebyshev, clenshaw, longest_feature};
 use super::rectangle;
 use crate::common::gauss;
-use crate::model::{Base, Foundation, Material};
+use crate::model::{Foundation, Material};
 
 /// The stresses (rows xx, yy, zz, xy, yz, xz; tension is positive) under unit tractions (columns
 /// pressure, and traction along x and y of the punch on the foundation).
@@ -33,19 +33,23 @@ pub(crate) struct StressKernels {
 }
 
 impl StressKernels {
-    /// Prepares the stresses at a depth ≥ 0 for distances up to `reach` along the surface, in the
-    /// unit of the layers' thicknesses. A depth at which two materials meet belongs to the upper
-    /// one. Returns `None` in a rigid base.
+    /// Prepares the stresses at a depth ≥ 0, on this side of it, for distances up to `reach` along
+    /// the surface, in the unit of the layers' thicknesses. Returns `None` in a rigid base.
     ///
-    /// In a half-space they are good to 1e-12 of the largest, in layers to 1e-11.
-    pub(crate) fn new(foundation: &Foundation, depth: f64, reach: f64) -> Option<Self> {
+    /// In a half-space they are good to 1e-12 of the largest, in layers to 1e-10.
+    pub(crate) fn new(
+        foundation: &Foundation,
+        depth: f64,
+        side: DepthSide,
+        reach: f64,
+    ) -> Option<Self> {
         let Some(layered) = Layered::new(&foundation.layers, &foundation.base) else {
             let Material { poisson, .. } = foundation.surface()?;
             return Some(Self { depth, half_space: Some(poisson), layers: None });
         };
-        let cut = Cut::new(&layered, depth)?;
+        let cut = Cut::new(&layered, depth, side)?;
         let top = layered.layers()[0];
-        let is_in_top = depth <= top.thickness * (1.0 + 1e-14);
+        let is_in_top = side.is_above(depth, top.thickness);
         // The distance at which the nearest images of a load seem to lie.
         let clear = if is_in_top { 2.0 * top.thickness - depth } else { depth };
         let top_alone = is_in_top.then(|| Cut::of_half_space(top.material(), depth));
@@ -88,11 +92,6 @@ pub(crate) fn interfaces(foundation: &Foundation) -> Vec<f64> {
         .collect()
 }
 
-/// Returns the depth down to which the foundation is elastic; `None` if there is no end to it.
-pub(crate) fn deepest(foundation: &Foundation) -> Option<f64> {
-    (foundation.base == Base::Rigid).then(|| interfaces(foundation).last().copied().unwrap_or(0.0))
-}
-
 /// The Hankel transforms of the ten functions at one depth, over the distance.
 #[derive(Clone, Debug)]
 struct DepthTable {
@@ -118,8 +117,7 @@ impl DepthTable {
         /// The step in ln k, which is halved until it is small enough.
         const STEP: f64 = 0.08;
         let scale = 0.5 * clear;
-        let mut grid =
-            LogGrid::new([(-FADED).exp() / longest, DEEPEST / clear], 1.0 / clear, STEP);
+        let mut grid = LogGrid::new([(-FADED).exp() / longest, DEEPEST / clear], 1.0 / clear, STEP);
         let mut coarser = f64::INFINITY;
         let weighted = loop {
             let samples: Vec<Ten> = grid
@@ -251,12 +249,6 @@ mod tests {
     use super::*;
     use crate::model::Layer;
 
-    const NU: f64 = 0.3;
-
-    fn steel() -> Material {
-        Material { shear_modulus: 2.0, poisson: NU }
-    }
-
     fn layer(material: Material, thickness: f64) -> Layer {
         Layer { shear_modulus: material.shear_modulus, poisson: material.poisson, thickness }
     }
@@ -266,7 +258,10 @@ mod tests {
     }
 
     fn differ(a: &StressBlock, b: &StressBlock) -> f64 {
-        a.iter().flatten().zip(b.iter().flatten()).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
+        a.iter()
+            .flatten()
+            .zip(b.iter().flatten())
+            .fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
             / largest(b)
     }
 
@@ -294,7 +289,10 @@ mod tests {
                     let cut = sliced(material, depth, 0.3).functions(k);
                     let size = (1.0 + k * depth) * (-k * depth).exp();
                     for (a, b) in whole.iter().zip(cut) {
-                        assert!((a - b).abs() <= 1e-13 * size, "{nu} {depth} {k} {whole:?} {cut:?}");
+                        assert!(
+                            (a - b).abs() <= 1e-13 * size,
+                            "{nu} {depth} {k} {whole:?} {cut:?}"
+                        );
                     }
                 }
             }
@@ -316,7 +314,10 @@ mod tests {
                     table.add_rectangle(receiver, [0.5, 0.4], &mut got);
                     let exact = rectangle::stresses(receiver, depth, [0.5, 0.4], nu);
                     let error = differ(&got, &exact);
-                    assert!(error < 1e-10, "{nu} {depth} {receiver:?}: {error:e}\n{got:?}\n{exact:?}");
+                    assert!(
+                        error < 1e-10,
+                        "{nu} {depth} {receiver:?}: {error:e}\n{got:?}\n{exact:?}"
+                    );
                 }
             }
         }

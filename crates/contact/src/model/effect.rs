@@ -30,11 +30,13 @@ pub enum Effect {
     LoadControl,
     /// The material that passes through a contact which rolls.
     Rolling,
+    /// The stresses below the surface, which the solution does not depend on.
+    Interior,
 }
 
 impl Effect {
     /// Every effect.
-    pub const ALL: [Effect; 12] = [
+    pub const ALL: [Effect; 13] = [
         Effect::Friction,
         Effect::Coupling,
         Effect::TractionX,
@@ -47,6 +49,7 @@ impl Effect {
         Effect::History,
         Effect::LoadControl,
         Effect::Rolling,
+        Effect::Interior,
     ];
 
     /// The effects that can be simulated although a scene does not call for them. The others are
@@ -75,6 +78,7 @@ impl Effect {
             Effect::History => "history",
             Effect::LoadControl => "load-control",
             Effect::Rolling => "rolling",
+            Effect::Interior => "interior",
         }
     }
 }

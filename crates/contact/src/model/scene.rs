@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, is_zero, positive, refuse};
+use super::interior::InteriorQuestion;
 use super::loading::Loading;
 
 /// A contact scene in SI units.
@@ -26,6 +27,9 @@ pub struct Scene {
     pub domain: Option<Domain>,
     /// The path along which the punch is moved.
     pub loading: Loading,
+    /// The stresses below the surface that are wanted at the end of the path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interior: Option<InteriorQuestion>,
 }
 
 /// The foundation: bonded layers on a half-space or on a rigid base.
@@ -359,13 +363,19 @@ impl Scene {
             finite("domain.center_x", domain.center_x)?;
             finite("domain.center_y", domain.center_y)?;
         }
-        self.loading.validate()
+        self.loading.validate()?;
+        self.interior.as_ref().map_or(Ok(()), |question| question.validate(&self.foundation))
     }
 }
 
 impl Foundation {
     /// The largest number of layers.
     pub const MAX_LAYERS: usize = 64;
+
+    /// Returns the depth at which a rigid base begins \[m\]; `None` if the base is elastic.
+    pub fn depth(&self) -> Option<f64> {
+        (self.base == Base::Rigid).then(|| self.layers.iter().map(|layer| layer.thickness).sum())
+    }
 }
 
 /// The side of the track, seen along x.
@@ -402,6 +412,7 @@ pub(crate) mod tests {
             friction: Friction { mu: 0.3 },
             domain: None,
             loading: Loading::path(vec![Step { approach: Some(1e-6), ..Step::default() }]),
+            interior: None,
         }
     }
 

@@ -10,7 +10,9 @@ use serde::Serialize;
 
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
-use crate::model::{Control, Dof, Effect, Leg, Numerics, Scene, SceneError, Shape};
+use crate::model::{
+    Control, Dof, Effect, InteriorQuestion, Leg, Numerics, Scene, SceneError, Shape,
+};
 use crate::punch::{Surfaces, domain};
 
 /// The decision whether an effect is simulated.
@@ -90,6 +92,7 @@ impl Effects {
                 Effect::History => history(scene),
                 Effect::LoadControl => load_control(scene),
                 Effect::Rolling => rolling(scene, &effects),
+                Effect::Interior => interior(scene),
             };
             let forced = !on && numerics.simulate.contains(&effect);
             let reason =
@@ -98,6 +101,27 @@ impl Effects {
         }
         Ok(effects)
     }
+}
+
+/// Rules on the stresses below the surface.
+fn interior(scene: &Scene) -> Ruling {
+    let Some(InteriorQuestion { maximum, depths, points }) = &scene.interior else {
+        return Ruling::off(
+            "the study has no `[interior]`: no stress below the surface is computed",
+        );
+    };
+    let counted = |count: usize, one: &str| match count {
+        0 => None,
+        1 => Some(format!("one {one}")),
+        _ => Some(format!("{count} {one}s")),
+    };
+    let asked = [
+        maximum.then(|| "the largest stresses".to_owned()),
+        counted(depths.len(), "plane"),
+        counted(points.len(), "point"),
+    ];
+    let asked: Vec<String> = asked.into_iter().flatten().collect();
+    Ruling::on(format!("`[interior]` asks for {}", asked.join(" and ")))
 }
 
 /// Returns whether a path has tangential loads along x, along y, and about z.

@@ -54,6 +54,7 @@ impl Question {
             friction: Friction { mu: 0.0 },
             domain: None,
             loading: Loading::path(vec![Step { approach: Some(0.0), ..Step::default() }]),
+            interior: None,
         };
         let numerics = Numerics {
             mesh: self.mesh,

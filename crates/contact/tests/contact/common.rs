@@ -12,6 +12,7 @@ pub(crate) fn scene(shape: Shape, shear_modulus: f64, poisson: f64, mu: f64, ste
         friction: Friction { mu },
         domain: None,
         loading: Loading::path(vec![step]),
+        interior: None,
     }
 }
 

@@ -142,6 +142,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 friction: Friction { mu },
                 domain,
                 loading: Loading::path(steps),
+                interior: None,
             }
         },
     )
