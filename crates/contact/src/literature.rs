@@ -177,6 +177,11 @@ pub fn sources(subject: CitedSubject) -> Sources {
                       preconditioner, which sums tractions from the leading edge; the \
                       coefficients of the linear theory by spherical harmonics",
         },
+        CitedSubject::Effect(Effect::Interior) => Sources {
+            works: &[&LOVE, &JOHNSON, &TALMAN],
+            derived: "the stresses at a depth of bonded layers in the Fourier plane, without \
+                      differences of large numbers, and the climb to the largest ones",
+        },
         CitedSubject::MirrorPlanes => works(&[&MAKHOUL]),
         CitedSubject::HeightMap => works(&[&AKIMA_ROW, &AKIMA_SURFACE]),
         CitedSubject::Profiles => works(&[&REINSCH]),
@@ -247,6 +252,18 @@ const MCCOLL: CitedWork = CitedWork {
     pages: "1114–1127",
     year: Some(2004),
     doi: Some("10.1016/j.wear.2003.07.001"),
+};
+
+const LOVE: CitedWork = CitedWork {
+    key: "love1929",
+    form: WorkForm::Article,
+    authors: &["Love, A. E. H."],
+    title: "The stress produced in a semi-infinite solid by pressure on part of the boundary",
+    published_in: "Philosophical Transactions of the Royal Society A",
+    volume: "228",
+    pages: "377–420",
+    year: Some(1929),
+    doi: Some("10.1098/rsta.1929.0009"),
 };
 
 const KALKER: CitedWork = CitedWork {

@@ -13,6 +13,8 @@
 //! - `scene`: the bodies, the friction between them and Ω ([`Scene`]);
 //! - `effect`: the closed list of effects ([`Effect`]);
 //! - `numerics`: the mesh, the method and its tolerance ([`Numerics`]);
+//! - `interior`: the stresses below the surface, asked for and found ([`InteriorQuestion`],
+//!   [`Interior`]);
 //! - `further`: the results that only some scenes ask for ([`Further`]);
 //! - `outcome`: the figures, the fields and the certificate of a solution ([`Outcome`],
 //!   [`Fields`]).
@@ -20,6 +22,7 @@
 mod effect;
 mod error;
 mod further;
+mod interior;
 mod loading;
 mod numerics;
 mod outcome;
@@ -32,7 +35,10 @@ mod wheelset;
 pub use effect::Effect;
 pub use error::SceneError;
 pub(crate) use error::refuse;
-pub use further::{Further, FurtherFields, Interior, Worn};
+pub use further::{Further, FurtherFields, Worn};
+pub use interior::{
+    Interior, InteriorQuestion, LargestStress, PlanePeaks, PointStress, Stress, StressPeak,
+};
 pub use loading::{Leg, Loading, Step};
 pub use numerics::{ChosenMethod, Mesh, Method, Numerics, Projection};
 pub use outcome::{

@@ -1,5 +1,6 @@
 //! Assembles the scene and the numerics that a sheet describes.
 
+mod interior;
 mod rolling;
 mod wheelset;
 
@@ -124,6 +125,7 @@ impl<'a> Assembler<'a> {
             wear: self.wear(),
             domain: self.domain(),
             loading: self.loading(),
+            interior: self.interior(),
         };
         let numerics = Numerics {
             mesh: self.mesh(),
@@ -566,13 +568,16 @@ pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces
     let message = |value: &str| match key.map(Key::quantity) {
         // The message about a list says what is wrong with it; it does not repeat the list.
         Some(Quantity::List(_)) => format!("`{path}` has {value}"),
+        Some(Quantity::Lengths | Quantity::Places) => format!("`{path}` cannot have {value}"),
         Some(Quantity::Effects) => format!("`{path}` cannot name `{value}`"),
         _ => format!("`{path}` cannot be {value}"),
     };
     match key.and_then(|key| Some((key, sheet.get(key)?))) {
         Some((key, given)) => {
             let value = match key.quantity() {
-                Quantity::List(_) | Quantity::Effects => error.value.clone(),
+                Quantity::List(_) | Quantity::Effects | Quantity::Lengths | Quantity::Places => {
+                    error.value.clone()
+                }
                 _ => given.setting.to_string(),
             };
             // If there are too many increments, the step with most of them is at fault.

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
 use contact::model::{
-    Base, Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Punch, Scene,
-    SceneError, Shape, Wear,
+    Base, Domain, Foundation, Friction, InteriorQuestion, Loading, Material, Mesh, Method,
+    Numerics, Punch, Scene, SceneError, Shape, Wear,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::{Question, WitnessSearch};
@@ -215,6 +215,9 @@ impl Case {
                 }
             }
         }
+        if let Some(InteriorQuestion { depths, points, .. }) = &mut scene.interior {
+            depths.iter_mut().chain(points.iter_mut().flatten()).for_each(|x| *x += 0.0);
+        }
         self.numerics.epsilon += 0.0;
         self.numerics.simulate.sort();
         self.numerics.simulate.dedup();
@@ -250,6 +253,7 @@ struct SceneText {
     wear: Option<Wear>,
     domain: Option<Domain>,
     loading: Loading,
+    interior: Option<InteriorQuestion>,
 }
 
 #[derive(Deserialize)]
@@ -268,6 +272,7 @@ impl From<CaseText> for Case {
             wear,
             domain,
             loading,
+            interior,
         } = scene;
         Case {
             scene: Scene {
@@ -277,6 +282,7 @@ impl From<CaseText> for Case {
                 wear,
                 domain,
                 loading,
+                interior,
             },
             numerics,
         }
@@ -350,6 +356,7 @@ pub(crate) mod tests {
                 wear: None,
                 domain: None,
                 loading: Loading::path(vec![Step { approach: Some(2e-5), ..Step::default() }]),
+                interior: None,
             },
             numerics,
         }

@@ -74,7 +74,7 @@ use Dimension::{
     Angle, AnglePerLength, AngularVelocity, Force, Length, Moment, PerPressure, Pressure, Pure,
     Velocity,
 };
-use Quantity::{Choice, Count, Effects, Flag, LengthUnit, List, Number, Text};
+use Quantity::{Choice, Count, Effects, Flag, LengthUnit, Lengths, List, Number, Places, Text};
 
 /// Examples of a layer and a load step.
 const LAYER: &str = "{ youngs_modulus = \"210 GPa\", poisson = 0.3, thickness = \"0.5 mm\" }";
@@ -222,6 +222,14 @@ keys! {
     CycleFrom, "scene.loading.cycle_from", "cycle_from",
         Count, "index of the step with which a cycle begins";
     Cycles, "scene.loading.cycles", "cycles", Count, "how often the cycle is run through";
+    InteriorMaximum, "interior.maximum", "interior_maximum",
+        Flag, "whether the largest von Mises and Tresca stresses below the surface are sought";
+    InteriorDepth, "interior.depth", "interior_depth",
+        Number(Length), "depth of a plane below the surface on which stresses are computed";
+    InteriorDepths, "interior.depths", "interior_depths",
+        Lengths, "depths of planes below the surface on which stresses are computed";
+    InteriorPoints, "interior.points", "interior_points",
+        Places, "points below the surface at which the stress is computed";
     Mesh, "numerics.mesh", "mesh", Quantity::Mesh, "elements across Ω";
     Projection, "numerics.projection", "projection",
         Choice(&["average", "midpoint"]), "how the continuous operator becomes a matrix";
@@ -413,6 +421,7 @@ impl Table {
         table("scene.loading", "loading"),
         table("scene.loading.steps", "steps"),
         table("scene.loading.steps[i]", "step[i]"),
+        table("interior", "interior"),
         table("numerics", "numerics"),
         table("search", "search"),
     ];

@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use contact::model::{
-    Base, Domain, Effect, Foundation, Loading, Material, Mesh, Method, Numerics, Projection,
-    RollingDirection, RollingHistory, Shape, Side, Step, Wear, WheelsetMotion,
+    Base, Domain, Effect, Foundation, InteriorQuestion, Loading, Material, Mesh, Method, Numerics,
+    Projection, RollingDirection, RollingHistory, Shape, Side, Step, Wear, WheelsetMotion,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::Sole;
@@ -22,6 +22,7 @@ struct JobParts<'a> {
     wear: Option<&'a Wear>,
     domain: Option<&'a Domain>,
     loading: Option<&'a Loading>,
+    interior: Option<&'a InteriorQuestion>,
     mesh: Mesh,
     projection: Projection,
     epsilon: f64,
@@ -58,6 +59,7 @@ impl<'a> JobParts<'a> {
                 wear: None,
                 domain: None,
                 loading: None,
+                interior: None,
                 mesh: question.mesh,
                 projection: question.projection,
                 epsilon: question.epsilon,
@@ -80,6 +82,7 @@ impl<'a> JobParts<'a> {
             wear: scene.wear.as_ref(),
             domain: scene.domain.as_ref(),
             loading: Some(&scene.loading),
+            interior: scene.interior.as_ref(),
             mesh: numerics.mesh,
             projection: numerics.projection,
             epsilon: numerics.epsilon,
@@ -185,6 +188,9 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::Steady(_)
         | Key::CycleFrom
         | Key::Cycles => of_loading(parts.loading?, key),
+        Key::InteriorMaximum | Key::InteriorDepth | Key::InteriorDepths | Key::InteriorPoints => {
+            of_interior(parts.interior?, key)
+        }
         Key::Mesh
         | Key::Projection
         | Key::Epsilon
@@ -340,6 +346,19 @@ fn distance_of(dq: f64, increments: u32) -> f64 {
     let (below, above) = (near.next_down(), near.next_up());
     let mut candidates = rounded.chain([near, below, above, below.next_down(), above.next_up()]);
     candidates.find(|distance| distance / f64::from(increments) == dq).unwrap_or(near)
+}
+
+/// Returns what is asked of the stresses below the surface. One depth is a number, which may be an
+/// axis, and several are a list.
+fn of_interior(question: &InteriorQuestion, key: Key) -> Option<Setting> {
+    let InteriorQuestion { maximum, depths, points } = question;
+    match (key, &depths[..]) {
+        (Key::InteriorMaximum, _) => maximum.then_some(Setting::Flag(true)),
+        (Key::InteriorDepth, [depth]) => number(*depth),
+        (Key::InteriorDepths, [_, _, ..]) => Some(Setting::Lengths(depths.clone())),
+        (Key::InteriorPoints, _) => (!points.is_empty()).then(|| Setting::Places(points.clone())),
+        _ => None,
+    }
 }
 
 fn of_numerics(parts: &JobParts<'_>, key: Key) -> Option<Setting> {

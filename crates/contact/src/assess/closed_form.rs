@@ -89,6 +89,7 @@ mod tests {
             wear: None,
             domain: None,
             loading: Loading::path(steps.to_vec()),
+            interior: None,
         }
     }
 

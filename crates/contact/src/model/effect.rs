@@ -32,11 +32,13 @@ pub enum Effect {
     Rolling,
     /// The depth that surfaces lose where they slip.
     Wear,
+    /// The stresses below the surface, which the solution does not depend on.
+    Interior,
 }
 
 impl Effect {
     /// Every effect.
-    pub const ALL: [Effect; 13] = [
+    pub const ALL: [Effect; 14] = [
         Effect::Friction,
         Effect::Coupling,
         Effect::TractionX,
@@ -50,6 +52,7 @@ impl Effect {
         Effect::LoadControl,
         Effect::Rolling,
         Effect::Wear,
+        Effect::Interior,
     ];
 
     /// The effects that can be simulated although a scene does not call for them. The others are
@@ -79,6 +82,7 @@ impl Effect {
             Effect::LoadControl => "load-control",
             Effect::Rolling => "rolling",
             Effect::Wear => "wear",
+            Effect::Interior => "interior",
         }
     }
 }

@@ -3,6 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::interior::Interior;
+
 /// The figures that a scene asks for beyond those of every [`Outcome`](super::outcome::Outcome).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Further {
@@ -27,13 +29,6 @@ pub struct Worn {
     pub depth: f64,
     /// The volume that is worn away in the increment \[m³\].
     pub volume: f64,
-}
-
-/// The stresses below the surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Interior {
-    /// The largest von Mises stress \[Pa\].
-    pub von_mises: f64,
 }
 
 /// The fields that a scene asks for beyond those of all [`Fields`](super::outcome::Fields), on the

@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, is_zero, positive, refuse};
+use super::interior::InteriorQuestion;
 use super::loading::Loading;
 use super::rigid::Dof;
 use super::wear::Wear;
@@ -32,6 +33,9 @@ pub struct Scene {
     pub domain: Option<Domain>,
     /// The path along which the punch is moved.
     pub loading: Loading,
+    /// The stresses below the surface that are wanted at the end of the path.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interior: Option<InteriorQuestion>,
 }
 
 /// The foundation: bonded layers on a half-space or on a rigid base.
@@ -372,6 +376,9 @@ impl Scene {
         if let Some(wear) = &self.wear {
             wear.validate(self.friction.mu, &self.loading)?;
         }
+        if let Some(question) = &self.interior {
+            question.validate(&self.foundation)?;
+        }
         match &self.punch.shape {
             Shape::WheelOnRail(WheelRail { motion: Some(motion), .. }) => {
                 motion.validate(&self.loading)
@@ -397,6 +404,11 @@ impl Scene {
 impl Foundation {
     /// The largest number of layers.
     pub const MAX_LAYERS: usize = 64;
+
+    /// Returns the depth at which a rigid base begins \[m\]; `None` if the base is elastic.
+    pub fn depth(&self) -> Option<f64> {
+        (self.base == Base::Rigid).then(|| self.layers.iter().map(|layer| layer.thickness).sum())
+    }
 }
 
 /// The side of the track, seen along x.
@@ -434,6 +446,7 @@ pub(crate) mod tests {
             wear: None,
             domain: None,
             loading: Loading::path(vec![Step { approach: Some(1e-6), ..Step::default() }]),
+            interior: None,
         }
     }
 

@@ -9,6 +9,7 @@ use crate::assess::estimate::{self, PathSolution};
 use crate::common::Cancellation;
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
+use crate::interior;
 use crate::model::{
     Dof, Effect, Estimate, Fields, Further, Hertz, Leg, Level, Mesh, Method, Motion, Numerics,
     Outcome, PerDof, RailContact, RollingDirection, Scene, SceneError, Status, StepOutcome,
@@ -123,7 +124,11 @@ fn follow(
     );
     let mut levels: Vec<Level> = ladder.iter().map(Path::level).collect();
     levels.sort_by_key(|level| level.elements.map(u64::from).iter().product::<u64>());
-    let further = Further { wear: path.wear(), ..Further::default() };
+    let wanted = scene.interior.as_ref().filter(|_| status == Status::Certified);
+    let interior = wanted.and_then(|question| {
+        interior::examine(&scene.foundation, question, &path.fields, &cancellation)
+    });
+    let further = Further { wear: path.wear(), interior };
     let outcome = Outcome { status, levels, steps: path.steps, hertz, rail, estimate, further };
     Ok((outcome, path.fields))
 }

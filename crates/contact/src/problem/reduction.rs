@@ -11,7 +11,8 @@ use serde::Serialize;
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
 use crate::model::{
-    Control, Dof, Effect, Leg, Numerics, Scene, SceneError, Shape, Wear, WheelRail,
+    Control, Dof, Effect, InteriorQuestion, Leg, Numerics, Scene, SceneError, Shape, Wear,
+    WheelRail,
 };
 use crate::punch::{Surfaces, domain, with_creepages};
 
@@ -94,6 +95,7 @@ impl Effects {
                 Effect::LoadControl => load_control(scene),
                 Effect::Rolling => rolling(scene, &effects),
                 Effect::Wear => wear(scene, &effects),
+                Effect::Interior => interior(scene),
             };
             let forced = !on && numerics.simulate.contains(&effect);
             let reason =
@@ -102,6 +104,27 @@ impl Effects {
         }
         Ok(effects)
     }
+}
+
+/// Rules on the stresses below the surface.
+fn interior(scene: &Scene) -> Ruling {
+    let Some(InteriorQuestion { maximum, depths, points }) = &scene.interior else {
+        return Ruling::off(
+            "the study has no `[interior]`: no stress below the surface is computed",
+        );
+    };
+    let counted = |count: usize, one: &str| match count {
+        0 => None,
+        1 => Some(format!("one {one}")),
+        _ => Some(format!("{count} {one}s")),
+    };
+    let asked = [
+        maximum.then(|| "the largest stresses".to_owned()),
+        counted(depths.len(), "plane"),
+        counted(points.len(), "point"),
+    ];
+    let asked: Vec<String> = asked.into_iter().flatten().collect();
+    Ruling::on(format!("`[interior]` asks for {}", asked.join(" and ")))
 }
 
 /// Returns whether a path has tangential loads along x, along y, and about z.

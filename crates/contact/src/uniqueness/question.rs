@@ -55,6 +55,7 @@ impl Question {
             wear: None,
             domain: None,
             loading: Loading::path(vec![Step { approach: Some(0.0), ..Step::default() }]),
+            interior: None,
         };
         let numerics = Numerics {
             mesh: self.mesh,

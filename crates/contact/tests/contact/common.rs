@@ -13,6 +13,7 @@ pub(crate) fn scene(shape: Shape, shear_modulus: f64, poisson: f64, mu: f64, ste
         wear: None,
         domain: None,
         loading: Loading::path(vec![step]),
+        interior: None,
     }
 }
 

@@ -15,6 +15,7 @@
 //! | `problem` | `effects` (reductions), `laws` (units, shared operators), `hard_cases` (range) |
 //! | `solver` | `agreement`, `beyond_uniqueness`, `peers`, `rolling`, `hard_cases` |
 //! | `assess` | `laws` (the certificate), `convergence` (norms, errors), `estimate` |
+//! | `interior` | `interior` |
 //! | `path` | `paths`, `watched`, `peers`, `rolling`, `wear`, `hard_cases` (a cycle of 200 steps) |
 //! | `uniqueness` | `uniqueness_lower`, `uniqueness_upper` |
 //! | `multiplicity` | `multiplicity` |
@@ -40,6 +41,8 @@ mod foundations;
 mod hard_cases;
 /// A height map is one smooth surface for every mesh and projection.
 mod height_maps;
+/// Stresses below the surface meet closed forms and references, and obey the laws of elasticity.
+mod interior;
 /// Laws hold of every solution, and the certificate notices every kind of wrong answer.
 mod laws;
 /// Influence coefficients of layers meet reference values and limits.

@@ -143,6 +143,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 wear: None,
                 domain,
                 loading: Loading::path(steps),
+                interior: None,
             }
         },
     )
