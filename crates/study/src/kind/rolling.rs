@@ -82,8 +82,13 @@ fn rolled_distance(case: &Case, outcome: &Outcome) -> Value {
     if !case.scene.loading.steps.iter().filter_map(|step| step.rolling.as_ref()).any(is_passing) {
         return Value::Missing;
     }
-    let rolls = outcome.steps.iter().filter_map(|end| Roll::of(case, end));
-    Value::Number(rolls.filter(|roll| is_passing(roll.rolling)).map(|roll| roll.distance).sum())
+    let rolls = || outcome.steps.iter().filter_map(|end| Roll::of(case, end));
+    // A step's increments are counted, so that its distance comes out as it was given.
+    let distances = (0..).zip(&case.scene.loading.steps).map(|(step, _)| {
+        let of_step = || rolls().filter(|roll| roll.end.step == step && is_passing(roll.rolling));
+        of_step().next().map_or(0.0, |roll| roll.distance * of_step().count() as f64)
+    });
+    Value::Number(distances.fold(0.0, |sum, distance| sum + distance))
 }
 
 /// Reads a force from the last increment, over the largest that friction bears.
