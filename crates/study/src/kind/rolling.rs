@@ -82,13 +82,16 @@ fn rolled_distance(case: &Case, outcome: &Outcome) -> Value {
     if !case.scene.loading.steps.iter().filter_map(|step| step.rolling.as_ref()).any(is_passing) {
         return Value::Missing;
     }
-    let rolls = || outcome.steps.iter().filter_map(|end| Roll::of(case, end));
     // A step's increments are counted, so that its distance comes out as it was given.
-    let distances = (0..).zip(&case.scene.loading.steps).map(|(step, _)| {
-        let of_step = || rolls().filter(|roll| roll.end.step == step && is_passing(roll.rolling));
-        of_step().next().map_or(0.0, |roll| roll.distance * of_step().count() as f64)
-    });
-    Value::Number(distances.fold(0.0, |sum, distance| sum + distance))
+    let mut rolled = vec![(0.0, 0.0); case.scene.loading.steps.len()];
+    for roll in outcome.steps.iter().filter_map(|end| Roll::of(case, end)) {
+        if is_passing(roll.rolling) {
+            let (distance, count) = &mut rolled[roll.end.step as usize];
+            *distance = roll.distance;
+            *count += 1.0;
+        }
+    }
+    Value::Number(rolled.into_iter().fold(0.0, |sum, (distance, count)| sum + distance * count))
 }
 
 /// Reads a force from the last increment, over the largest that friction bears.
