@@ -222,6 +222,9 @@ struct Path {
     operator: Operator,
     /// The end of the path so far, from which the next increment begins, in the problem's units.
     start: Start,
+    /// The motion of the last increment, in the problem's units: its creepages times its distance,
+    /// if it rolls.
+    reached: PerDof<f64>,
     /// The end of the path so far, in SI units.
     departure: Departure,
     /// The end of the leg before, in SI units.
@@ -249,6 +252,7 @@ impl Path {
         Self {
             problem,
             operator,
+            reached: start.motion,
             start,
             departure,
             leg_departure,
@@ -311,6 +315,7 @@ impl Path {
             fields.further.wear_depth = wearing.depth.clone();
         }
         self.fields = fields;
+        self.reached = iterate.motion;
         self.start = Start { p: iterate.p, motion: iterate.motion };
         if roll.is_some() {
             self.count_anew();
@@ -322,7 +327,10 @@ impl Path {
     /// Prepares the next increment for rolling. Returns the operator that certifies it, if it is a
     /// steady one with tangential tractions.
     fn roll(&mut self, roll: Roll, operators: &mut Operators) -> Option<Operator> {
-        self.count_anew();
+        // A path that begins by rolling has the creepages of a coarser grid to begin with.
+        if !self.steps.is_empty() {
+            self.count_anew();
+        }
         let distance = roll.direction.sign() * roll.distance / self.problem.scale.length;
         let components = self.operator.influence.components();
         let mut rolling = || {
@@ -426,12 +434,29 @@ fn coarse_start(
         return nothing(fine);
     };
     let usable = coarse.steps.iter().all(|step| step.certificate.meets(START_TOLERANCE));
-    let start = Start {
-        p: coarse.problem.grid.sample(&coarse.start.p, &fine.grid),
-        motion: coarse.start.motion,
-    };
+    let mut motion = coarse.reached;
+    if let Some(increment) = setup.increments.first() {
+        let distance = |problem| setup.roll(&increment.leg, problem).map(|roll| roll.distance);
+        if let (Some(here), Some(there)) = (distance(fine), distance(&coarse.problem)) {
+            carry_creepages(setup, fine, &mut motion, here / there);
+        }
+    }
+    let start = Start { p: coarse.problem.grid.sample(&coarse.start.p, &fine.grid), motion };
     ladder.push(coarse);
     if usable { start } else { nothing(fine) }
+}
+
+/// Makes the motion of a rolling increment on a coarser grid one on the grid of `fine`. Creepages are
+/// the same on both, while the distances have this `ratio`. A motion that a mirror plane forbids is
+/// none: a coarser grid may have no plane, and rounding in its place.
+fn carry_creepages(setup: &PathSetup<'_>, fine: &Problem, motion: &mut PerDof<f64>, ratio: f64) {
+    for dof in Dof::TANGENTIAL {
+        let moves = |stage: &Stage| {
+            fine.reduced(stage.components, stage.mirror, None)
+                .map_or(true, |reduced| reduced.moves(dof))
+        };
+        motion[dof] *= if setup.stages.iter().any(moves) { ratio } else { 0.0 };
+    }
 }
 
 /// Solves the first increment on a grid of so many elements to `tolerance`, by way of coarser ones.
