@@ -147,7 +147,6 @@ impl UnitPowers {
             Dimension::Pressure,
             Dimension::Force,
             Dimension::Moment,
-            Dimension::AnglePerLength,
         ];
         if let Some(dimension) = named.into_iter().find(|known| self.fits(Self::of(*known))) {
             return dimension.noun().to_owned();
