@@ -156,7 +156,6 @@ impl UnitPowers {
             Dimension::Pressure,
             Dimension::Force,
             Dimension::Moment,
-            Dimension::AnglePerLength,
             Dimension::PerPressure,
             Dimension::Velocity,
             Dimension::AngularVelocity,
