@@ -37,8 +37,13 @@ pub(crate) fn is_series(file: Option<&Path>) -> bool {
 
 /// Checks the field's name and the file's extension and its place before anything is computed.
 pub(crate) fn check_field(name: Option<&str>, file: Option<&Path>) -> Result<()> {
-    if let Some(name) = name.filter(|name| !FIELDS.contains(name)) {
-        bail!("there is no field `{name}`; there are {}", FIELDS.join(", "));
+    check_among(&FIELDS, name, file)
+}
+
+/// Checks a field's name, which is one of those `known`, and the file's extension and its place.
+pub(crate) fn check_among(known: &[&str], name: Option<&str>, file: Option<&Path>) -> Result<()> {
+    if let Some(name) = name.filter(|name| !known.contains(name)) {
+        bail!("there is no field `{name}`; there are {}", known.join(", "));
     }
     let Some(file) = file else { return Ok(()) };
     match ending(file) {
@@ -48,7 +53,7 @@ pub(crate) fn check_field(name: Option<&str>, file: Option<&Path>) -> Result<()>
                 bail!(
                     "{}: a .{ending} holds one field; name it by --field ({})",
                     file.display(),
-                    FIELDS.join(", ")
+                    known.join(", ")
                 );
             }
         }
@@ -117,7 +122,11 @@ pub(crate) fn show_field(
     file: Option<&Path>,
 ) -> Result<Finish> {
     check_field(name, file)?;
-    let chosen = chosen_fields(fields, name)?;
+    show_fields(&chosen_fields(fields, name)?, file)
+}
+
+/// Draws the first of some fields on standard output, or writes all to a file by its ending.
+pub(crate) fn show_fields(chosen: &[Field], file: Option<&Path>) -> Result<Finish> {
     let all: Vec<&Field> = chosen.iter().collect();
     let field = all[0];
     let Some(file) = file else {
