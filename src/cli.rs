@@ -406,6 +406,13 @@ pub(crate) struct ShowArgs {
     /// (their path is solved again). Without --field, .vti .csv .pvd hold every field
     #[arg(long, value_name = "FILE", conflicts_with_all = ["steps", "json"])]
     pub(crate) output: Option<PathBuf>,
+    /// Fields below the surface on a plane, "z=0.1 mm", or on a section, "y=0 mm": von_mises,
+    /// tresca, stress_xx … stress_xz, stress_first … stress_third
+    #[arg(long, value_name = "PLANE", conflicts_with_all = ["steps", "json", "solution"])]
+    pub(crate) plane: Option<String>,
+    /// Depth of a section, "0.5 mm" [default: twice the radius of the disk of the loaded area]
+    #[arg(long, value_name = "DEPTH", requires = "plane")]
+    pub(crate) down_to: Option<String>,
     /// Print the increments of its loading path as a table
     #[arg(long, conflicts_with = "field")]
     pub(crate) steps: bool,

@@ -49,9 +49,15 @@ pub(crate) fn is_series(file: Option<&Path>) -> bool {
 
 /// Checks the field's name and the file's extension and its place before anything is computed.
 pub(crate) fn check_field(name: Option<&str>, file: Option<&Path>) -> Result<()> {
-    let names = || FIELDS.into_iter().chain([WEAR_DEPTH]).collect::<Vec<_>>();
-    if let Some(name) = name.filter(|name| !names().contains(name)) {
-        bail!("there is no field `{name}`; there are {}", names().join(", "));
+    let mut known = FIELDS.to_vec();
+    known.push(WEAR_DEPTH);
+    check_among(&known, name, file)
+}
+
+/// Checks a field's name, which is one of those `known`, and the file's extension and its place.
+pub(crate) fn check_among(known: &[&str], name: Option<&str>, file: Option<&Path>) -> Result<()> {
+    if let Some(name) = name.filter(|name| !known.contains(name)) {
+        bail!("there is no field `{name}`; there are {}", known.join(", "));
     }
     let Some(file) = file else { return Ok(()) };
     match ending(file) {
@@ -61,7 +67,7 @@ pub(crate) fn check_field(name: Option<&str>, file: Option<&Path>) -> Result<()>
                 bail!(
                     "{}: a .{ending} holds one field; name it by --field ({})",
                     file.display(),
-                    names().join(", ")
+                    known.join(", ")
                 );
             }
         }
@@ -150,7 +156,11 @@ pub(crate) fn show_field(
     file: Option<&Path>,
 ) -> Result<Finish> {
     check_field(name, file)?;
-    let chosen = chosen_fields(fields, name)?;
+    show_fields(&chosen_fields(fields, name)?, file)
+}
+
+/// Draws the first of some fields on standard output, or writes all to a file by its ending.
+pub(crate) fn show_fields(chosen: &[Field], file: Option<&Path>) -> Result<Finish> {
     let all: Vec<&Field> = chosen.iter().collect();
     let field = all[0];
     let Some(file) = file else {

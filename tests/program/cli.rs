@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod adaptive;
+mod below_surface;
 mod budgets;
 mod cite;
 mod effects;

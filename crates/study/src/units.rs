@@ -270,7 +270,7 @@ fn nearest(symbol: &str, wanted: Dimension) -> Option<&'static str> {
 
 /// The reason why a text is not a quantity of the dimension that its key needs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum QuantityError {
+pub enum QuantityError {
     /// The text does not begin with a number.
     #[error("`{text}` does not begin with a number")]
     NoNumber {
@@ -321,7 +321,7 @@ pub(crate) enum QuantityError {
 /// # Errors
 ///
 /// Returns an error if the text is not a number with a unit of the dimension `wanted`.
-pub(crate) fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
+pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
     let whole = text.trim();
     let (number, symbol) =
         split_number(whole).ok_or_else(|| QuantityError::NoNumber { text: text.to_owned() })?;

@@ -47,6 +47,8 @@ impl StressKernels {
             let Material { poisson, .. } = foundation.surface()?;
             return Some(Self { depth, half_space: Some(poisson), layers: None });
         };
+        // Stresses depend on ratios of moduli, and squares of moduli may be no numbers.
+        let layered = layered.scaled(layered.layers()[0].shear_modulus);
         let cut = Cut::new(&layered, depth, side)?;
         let top = layered.layers()[0];
         let is_in_top = side.is_above(depth, top.thickness);

@@ -1,6 +1,8 @@
-//! Stresses below the surface against closed forms and references. `laws` needs no reference.
+//! Stresses below the surface against closed forms and references. `laws` needs no reference;
+//! `limits` goes to the ends of what can be asked.
 
 mod laws;
+mod limits;
 
 use crate::common::*;
 use crate::rolling::{case, problem, step};

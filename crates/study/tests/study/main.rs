@@ -2,6 +2,7 @@
 
 mod accepted;
 mod edited;
+mod interior;
 mod kinds;
 mod limits;
 mod materials;
