@@ -35,10 +35,10 @@ pub struct Worn {
 /// same grid.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FurtherFields {
-    /// The depth that the path has worn away at each element \[m\], of both surfaces together; empty
-    /// for a scene that does not wear. Where the path rolls it is that of the foundation's material
-    /// that stands there at its end, and after an increment that rolls steadily what that material
-    /// has lost since it entered the contact.
+    /// The depth that the path has worn away at each element \[m\], of both surfaces together; it
+    /// is empty for a scene that does not wear. Where the path rolls it is that of the foundation's
+    /// material that stands there at its end, and after an increment that rolls steadily the depth
+    /// that this material has lost since it entered the contact.
     pub wear_depth: Vec<f64>,
 }
 
