@@ -167,9 +167,10 @@ pub fn sources(subject: CitedSubject) -> Sources {
             derived("the motions that forces govern as unknowns beside the tractions")
         }
         CitedSubject::Effect(Effect::Rolling) => Sources {
-            works: &[&KALKER],
+            works: &[&CARTER, &KALKER_THESIS, &KALKER, &VERMEULEN, &SHEN],
             derived: "the operator of what is steady, evaluated between elements, and its \
-                      preconditioner, which sums tractions from the leading edge",
+                      preconditioner, which sums tractions from the leading edge; the \
+                      coefficients of the linear theory by spherical harmonics",
         },
         CitedSubject::MirrorPlanes => works(&[&MAKHOUL]),
         CitedSubject::HeightMap => works(&[&AKIMA_ROW, &AKIMA_SURFACE]),
@@ -241,6 +242,54 @@ const VOLLEBREGT: CitedWork = CitedWork {
     pages: "1253–1291",
     year: Some(2022),
     doi: Some("10.1080/00423114.2020.1853180"),
+};
+
+const KALKER_THESIS: CitedWork = CitedWork {
+    key: "kalker1967",
+    form: WorkForm::Book,
+    authors: &["Kalker, J. J."],
+    title: "On the Rolling Contact of Two Elastic Bodies in the Presence of Dry Friction",
+    published_in: "Delft University of Technology",
+    volume: "",
+    pages: "",
+    year: Some(1967),
+    doi: None,
+};
+
+const CARTER: CitedWork = CitedWork {
+    key: "carter1926",
+    form: WorkForm::Article,
+    authors: &["Carter, F. W."],
+    title: "On the action of a locomotive driving wheel",
+    published_in: "Proceedings of the Royal Society A",
+    volume: "112",
+    pages: "151–157",
+    year: Some(1926),
+    doi: Some("10.1098/rspa.1926.0100"),
+};
+
+const VERMEULEN: CitedWork = CitedWork {
+    key: "vermeulen1964",
+    form: WorkForm::Article,
+    authors: &["Vermeulen, P. J.", "Johnson, K. L."],
+    title: "Contact of nonspherical elastic bodies transmitting tangential forces",
+    published_in: "Journal of Applied Mechanics",
+    volume: "31",
+    pages: "338–340",
+    year: Some(1964),
+    doi: Some("10.1115/1.3629610"),
+};
+
+const SHEN: CitedWork = CitedWork {
+    key: "shen1983",
+    form: WorkForm::Article,
+    authors: &["Shen, Z. Y.", "Hedrick, J. K.", "Elkins, J. A."],
+    title: "A comparison of alternative creep force models for rail vehicle dynamic analysis",
+    published_in: "Vehicle System Dynamics",
+    volume: "12",
+    pages: "79–83",
+    year: Some(1983),
+    doi: Some("10.1080/00423118308968725"),
 };
 
 const CHRISTENSEN: CitedWork = CitedWork {

@@ -9,6 +9,7 @@ pub mod cost;
 mod freedom;
 mod multiplicity;
 mod rolling;
+mod rolling_theory;
 pub mod sensitivity;
 mod solve;
 mod spec;

@@ -103,6 +103,25 @@ count = 6
 "punch.radius" = { from = "8 mm", to = "12 mm" }
 "#;
 
+/// A ball that is pressed, rolls and comes into its steady state, with every creepage.
+const ROLLING: &str = r#"
+name = "kinds"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+friction.mu = 0.3
+loading.steps = [
+    { normal_force = "10 N" },
+    { distance = "0.1 mm", increments = 4, creepage_x = 1e-3, spin = "1 rad/m" },
+    { steady = true, creepage_x = 2e-3, creepage_y = 1e-3 },
+]
+[numerics]
+mesh = 20
+[sweep]
+"loading.steps[1].creepage_x" = [0, 1e-3, 3e-3]
+"loading.steps[2].creepage_y" = [-1e-3, 0, 1e-3, 3e-3]
+"#;
+
 /// Waits until some jobs are durable and some are not; returns `false` if the study was over before
 /// that was seen.
 fn is_in_its_middle(running: &mut Running) -> bool {
@@ -212,6 +231,11 @@ fn samples_survive() {
 #[test]
 fn measured_convergence_survives() {
     survives(CONVERGENCE, 12);
+}
+
+#[test]
+fn rolling_contacts_survive() {
+    survives(ROLLING, 12);
 }
 
 #[test]

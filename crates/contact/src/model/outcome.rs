@@ -262,6 +262,13 @@ impl Observables {
             self.moment_z,
         ])
     }
+
+    /// Returns the size of the tangential force \[N\], or 0 where it is less than a millionth of
+    /// the load, and so the rounding of tractions that balance.
+    pub fn tangential_force(&self) -> f64 {
+        let force = self.force_x.hypot(self.force_y);
+        if force > 1e-6 * self.load.abs() { force } else { 0.0 }
+    }
 }
 
 /// The residuals of a claimed solution, computed by code that shares nothing with the solvers

@@ -15,6 +15,7 @@
 //! there.
 
 use super::rolling::ROLLING;
+use super::rolling_theory::ROLLING_THEORY;
 use super::solve::{self, SOLUTION};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
 use crate::axis::{Group, SweepAxis};
@@ -36,7 +37,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         advice: "or say kind = \"convergence\" at the top",
     }),
     has_accuracy: false,
-    columns: &[SOLUTION, ROLLING, ERRORS],
+    columns: &[SOLUTION, ROLLING, ROLLING_THEORY, ERRORS],
     usual_columns: &["load", "peak_pressure", "status"],
     suggestions,
     ..solve::SPEC

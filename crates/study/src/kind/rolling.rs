@@ -82,8 +82,16 @@ fn rolled_distance(case: &Case, outcome: &Outcome) -> Value {
     if !case.scene.loading.steps.iter().filter_map(|step| step.rolling.as_ref()).any(is_passing) {
         return Value::Missing;
     }
-    let rolls = outcome.steps.iter().filter_map(|end| Roll::of(case, end));
-    Value::Number(rolls.filter(|roll| is_passing(roll.rolling)).map(|roll| roll.distance).sum())
+    // A step's increments are counted, so that its distance comes out as it was given.
+    let mut rolled = vec![(0.0, 0.0); case.scene.loading.steps.len()];
+    for roll in outcome.steps.iter().filter_map(|end| Roll::of(case, end)) {
+        if is_passing(roll.rolling) {
+            let (distance, count) = &mut rolled[roll.end.step as usize];
+            *distance = roll.distance;
+            *count += 1.0;
+        }
+    }
+    Value::Number(rolled.into_iter().fold(0.0, |sum, (distance, count)| sum + distance * count))
 }
 
 /// Reads a force from the last increment, over the largest that friction bears.

@@ -4,6 +4,7 @@ use contact::model::{Estimate, Hertz, Outcome, RailContact, Shape};
 
 use super::freedom::ScenesFreedom;
 use super::rolling::ROLLING;
+use super::rolling_theory::ROLLING_THEORY;
 use super::spec::{KindSpec, KindTable};
 use crate::axis::Group;
 use crate::columns::column::{Column, ColumnSource};
@@ -24,7 +25,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     assemble: |assembler, _| Job::Solve(assembler.case()),
     check: |_| Ok(()),
     to_toml: |_| String::new(),
-    columns: &[SOLUTION, ROLLING],
+    columns: &[SOLUTION, ROLLING, ROLLING_THEORY],
     usual_columns: &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"],
     suggestions,
 };
