@@ -154,9 +154,7 @@ impl UnitPowers {
             Dimension::Pressure,
             Dimension::Force,
             Dimension::Moment,
-            Dimension::AnglePerLength,
             Dimension::Velocity,
-            Dimension::AngularVelocity,
         ];
         if let Some(dimension) = named.into_iter().find(|known| self.fits(Self::of(*known))) {
             return dimension.noun().to_owned();
