@@ -158,7 +158,6 @@ impl UnitPowers {
             Dimension::Moment,
             Dimension::PerPressure,
             Dimension::Velocity,
-            Dimension::AngularVelocity,
         ];
         if let Some(dimension) = named.into_iter().find(|known| self.fits(Self::of(*known))) {
             return dimension.noun().to_owned();

@@ -14,9 +14,9 @@ use super::rigid::Dof;
 /// Creepages and spin are the velocity of the foundation relative to the punch, as rigid bodies,
 /// over the rolling speed, so that the foundation slips by W = q (ξ − φy, η + φ(x − x₀)) over a
 /// distance q if nothing deforms. A component that is not given is governed by its force or moment,
-/// if the step or one before prescribes that; otherwise it is what the motion of a wheelset imposes,
-/// or 0. The shifts and the twist of
-/// an increment that rolls count from its beginning, and those after it from its end.
+/// if the step or one before prescribes that; otherwise it is what the motion of a wheelset
+/// imposes, or 0. The shifts and the twist of an increment that rolls count from its beginning, and
+/// those after it from its end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rolling {

@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, is_zero, refuse};
-use super::loading::{Loading, Step};
+use super::loading::{Leg, Loading, Step};
 use super::rigid::{Control, Dof};
+use super::rolling::Rolling;
 
 /// The motion of a wheelset at its position in the track. A step that rolls takes from it the
 /// creepages and the spin that no force governs. The vertical velocity follows, for the wheel stays
@@ -58,7 +59,7 @@ impl WheelsetMotion {
         for (index, rolling) in
             loading.steps.iter().enumerate().filter_map(|(i, step)| Some((i, step.rolling?)))
         {
-            for (value, name) in rolling.given().into_iter().zip(super::Rolling::NAMES) {
+            for (value, name) in rolling.given().into_iter().zip(Rolling::NAMES) {
                 if let Some(value) = value {
                     let key = format!("loading.steps[{index}].{name}");
                     let expected = "cannot stand beside `punch.speed`: the motion of the wheelset \
@@ -67,7 +68,7 @@ impl WheelsetMotion {
                 }
             }
         }
-        let governs = |leg: &super::Leg| {
+        let governs = |leg: &Leg| {
             leg.rolling.is_some() && matches!(leg.target[Dof::ShiftX], Control::Force(_))
         };
         if let (Some(value), Some(leg)) =

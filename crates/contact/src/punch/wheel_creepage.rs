@@ -2,8 +2,8 @@
 //!
 //! The wheelset is a rigid body. The middle of its axle moves with (V, ẏ, ż) in the track; the
 //! axle turns with Ω = φ̇ e_x + ψ̇ R e_z, where R = R_x(φ) R_z(ψ) is the rotation from the wheelset
-//! to the track; and the wheelset turns about its axle R e_y with −ω. A point of the wheel at r from
-//! the middle of the axle therefore has the velocity
+//! to the track; and the wheelset turns about its axle R e_y with −ω. A point of the wheel at r
+//! from the middle of the axle therefore has the velocity
 //!
 //! w = (V, ẏ, ż) + Ω × r − ω R e_y × r.
 //!

@@ -1,6 +1,6 @@
 //! Studies that solve every point.
 
-use contact::model::{Estimate, Hertz, Interior, Outcome, RailContact};
+use contact::model::{Estimate, Hertz, Interior, Outcome, RailContact, Shape};
 
 use super::freedom::ScenesFreedom;
 use super::rolling::ROLLING;
@@ -12,7 +12,7 @@ use crate::columns::column::{Column, ColumnSource};
 use crate::columns::common::increments;
 use crate::columns::result_columns::{integer, result_columns};
 use crate::figure::Figure;
-use crate::job::Job;
+use crate::job::{Case, Job};
 use crate::key::Key;
 use crate::value::Value;
 
@@ -167,11 +167,11 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
         "height of the wheelset below where its rolling radius reaches the rails' tops"
         ColumnSource::Outcome(|o| rail(o, |r| r.wheelset_height));
     Observable "track_force_y" ("lateral force on the rail") Force
-        "force of a wheel's only patch on its rail along the track's y, to the right"
-        ColumnSource::Outcome(|o| track_force(o, 1));
+        "force of a wheel on its rail along the track's y, to the right; of one plane of contact"
+        ColumnSource::Solved(|case, outcome| track_force(case, outcome, 1));
     Observable "track_force_z" ("vertical force on the rail") Force
-        "force of a wheel's only patch on its rail along the track's z, downwards"
-        ColumnSource::Outcome(|o| track_force(o, 2));
+        "force of a wheel on its rail along the track's z, downwards; of one plane of contact"
+        ColumnSource::Solved(|case, outcome| track_force(case, outcome, 2));
     Observable "von_mises_max" ("largest von Mises stress") Pressure
         "largest von Mises stress, on the surface or below it"
         ColumnSource::Outcome(|o| interior(o, |i| Some(i.von_mises?.overall().stress)));
@@ -342,10 +342,14 @@ fn hertz(outcome: &Outcome, read: fn(&Hertz) -> f64) -> Value {
 }
 
 /// Returns a component of the force on a rail. Patches may have planes of their own, of which the
-/// outcome knows but one.
-fn track_force(outcome: &Outcome, component: usize) -> Value {
+/// outcome knows but one; a wheelset that moves has a single one.
+fn track_force(case: &Case, outcome: &Outcome, component: usize) -> Value {
+    let moves = matches!(
+        &case.scene.punch.shape,
+        Shape::WheelOnRail(wheel) if wheel.motion.is_some()
+    );
     match (&outcome.rail, outcome.last()) {
-        (Some(rail), Some(end)) if end.observables.patches == 1 => {
+        (Some(rail), Some(end)) if moves || end.observables.patches == 1 => {
             Value::Number(rail.track_force(&end.observables)[component])
         }
         _ => Value::Missing,
