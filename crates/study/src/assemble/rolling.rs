@@ -3,7 +3,7 @@
 //! A step rolls if it says `steady = true`, which is the limit of a long way, or a `distance`. The
 //! distance is divided evenly, into `increments` or into parts no longer than `dq`.
 
-use contact::model::{Loading, Rolling, RollingDirection, RollingHistory};
+use contact::model::{ImposedCreepages, Loading, Rolling, RollingDirection, RollingHistory};
 
 use crate::error::Mistake;
 use crate::key::Key;
@@ -38,6 +38,7 @@ pub(super) fn rolling(sheet: &Sheet<'_>, i: u32, mistakes: &mut Vec<Mistake>) ->
         },
         dq: number(Key::Dq(i)),
         history: RollingHistory::Steady,
+        imposed: ImposedCreepages::default(),
     };
     if !is_steady && distance.is_none() {
         refuse_rolling(sheet, i, mistakes);

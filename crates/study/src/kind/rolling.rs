@@ -76,6 +76,11 @@ fn of_roll(case: &Case, outcome: &Outcome, read: fn(&RolledIncrement<'_>) -> f64
     roll.map_or(Value::Missing, |roll| Value::Number(read(&roll)))
 }
 
+/// Returns the distance that the last increment rolls \[m\], if it does.
+pub(super) fn last_distance(case: &Case, outcome: &Outcome) -> Option<f64> {
+    outcome.last().and_then(|end| Roll::of(case, end)).map(|roll| roll.distance)
+}
+
 /// Returns the distance that was rolled since the path began, if a step of it rolls so.
 fn rolled_distance(case: &Case, outcome: &Outcome) -> Value {
     let is_passing = |rolling: &Rolling| rolling.history == RollingHistory::Transient;
