@@ -18,7 +18,7 @@ use crate::sheet::{
 };
 use crate::surface::MapExtent;
 use crate::units::{Compact, LengthUnit};
-use rolling::RollingWay;
+use rolling::{RollingWay, rolling};
 
 /// Returns the keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
 fn needed(shape: &str) -> &'static [Key] {
@@ -201,7 +201,7 @@ impl<'a> Assembler<'a> {
     }
 
     fn step(&mut self, i: u32) -> Step {
-        let RollingWay { rolling, increments } = self.rolling(i);
+        let RollingWay { rolling, increments } = rolling(self.sheet, i, &mut self.mistakes);
         let number = |key| self.sheet.number(key);
         let step = Step {
             approach: number(Key::Approach(i)),

@@ -6,8 +6,8 @@
 //! `foundation.layers[1].thickness` fills the column `layer1_thickness`, and
 //! `loading.steps[2].shift_x` the column `step2_shift_x`. Most studies have one step, and its keys
 //! do without the index: the motions, the normal force and the rolling of `steps[0]` fill
-//! `approach`, `normal_force`, `shift_x`, `creepage_x` … Its tangential forces and moments do not, because `force_x` is a
-//! result.
+//! `approach`, `normal_force`, `shift_x`, `creepage_x` … Its tangential forces and moments do not,
+//! because `force_x` is a result.
 
 use std::borrow::Cow;
 
