@@ -50,7 +50,7 @@ pub enum Job {
 
 /// A scene, and the accuracy with which it is to be solved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "CaseText")]
+#[serde(from = "CaseText", into = "WrittenCase")]
 pub struct Case {
     /// The scene.
     pub scene: Scene,
@@ -229,11 +229,27 @@ fn normalise(foundation: &mut Foundation, punch: &mut Option<Material>) {
     }
 }
 
+/// A case as it is written: what is asked beyond the solution stands beside the scene.
+#[derive(Serialize)]
+struct WrittenCase {
+    scene: Scene,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interior: Option<InteriorQuestion>,
+    numerics: Numerics,
+}
+
+impl From<Case> for WrittenCase {
+    fn from(Case { scene, numerics }: Case) -> Self {
+        Self { interior: scene.interior.clone(), scene, numerics }
+    }
+}
+
 /// A case as it is read. Serde reads no flattened field in a struct that denies unknown fields, as
 /// the scene's punch does. [`Job::parse`] finds unknown fields by comparing texts.
 #[derive(Deserialize)]
 struct CaseText {
     scene: SceneText,
+    interior: Option<InteriorQuestion>,
     numerics: Numerics,
 }
 
@@ -244,7 +260,6 @@ struct SceneText {
     friction: Friction,
     domain: Option<Domain>,
     loading: Loading,
-    interior: Option<InteriorQuestion>,
 }
 
 #[derive(Deserialize)]
@@ -255,14 +270,13 @@ struct PunchText {
 }
 
 impl From<CaseText> for Case {
-    fn from(CaseText { scene, numerics }: CaseText) -> Case {
+    fn from(CaseText { scene, interior, numerics }: CaseText) -> Case {
         let SceneText {
             foundation,
             punch: PunchText { shape, material },
             friction,
             domain,
             loading,
-            interior,
         } = scene;
         Case {
             scene: Scene {
