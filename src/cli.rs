@@ -394,7 +394,8 @@ pub(crate) struct QueryArgs {
 pub(crate) struct ShowArgs {
     /// Key of the result, or its first characters
     pub(crate) key: String,
-    /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
+    /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y,
+    /// friction_work, state, or wear_depth of a scene that wears
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
     /// Of a search that found several solutions, the index of the one whose field to draw [default:
@@ -565,7 +566,8 @@ pub(crate) struct SolveArgs {
     /// Set a key of the scene or the numerics, for example friction.mu=0.5 or punch.radius="2 mm"
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
+    /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y,
+    /// friction_work, state, or wear_depth of a scene that wears
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
     /// Of a search that finds several solutions, the index of the one whose field to draw [default:

@@ -10,7 +10,7 @@ use crate::model::{
 };
 use crate::multiplicity::{Multiplicity, Search};
 use crate::problem::{Effects, Layout, check_distances};
-use crate::punch::{Surfaces, domain};
+use crate::punch::{Surfaces, domain, with_creepages};
 use crate::uniqueness::{Question, WitnessSearch, lower};
 
 /// The forecast of the time and the memory of a solve.
@@ -41,6 +41,7 @@ pub fn forecast(
     numerics: &Numerics,
     surfaces: &Surfaces,
 ) -> Result<Forecast, SceneError> {
+    let scene = &*with_creepages(scene, surfaces)?;
     let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?);
     let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;
@@ -98,11 +99,20 @@ pub fn forecast(
         // each unknown (measured on spheres up to 256² and on a wheel up to 160 × 206).
         Method::Newton | Method::Auto => 42.0 * 1e-7 * unknowns as f64,
     };
-    // Steady rolling takes more applications, which grow like the fifth root of the elements
-    // across, of an operator without symmetry (measured on spheres from 64² to 512²).
-    let steady = 1.7 * (elements / 4096.0).powf(0.1).max(1.0);
-    let steady_legs = legs.iter().filter(|leg| leg.is_steady() && rolled > 0.0).count() as f64;
-    let increments = increments + (steady - 1.0) * steady_legs;
+    // An increment that rolls takes so many times as long as another. The applications grow with
+    // the elements, along a path more than in steady rolling (measured on spheres from 64² to 256²,
+    // of like and of unlike bodies).
+    let finer = (elements / 4096.0).max(1.0);
+    let (steady, passing) = (1.1 * finer.powf(0.1), 0.8 * finer.powf(0.27));
+    let rolling = legs.iter().filter(|leg| leg.rolling.is_some() && rolled > 0.0);
+    let [mut steady_legs, mut slower] = [0.0; 2];
+    for leg in rolling {
+        match leg.is_steady() {
+            true => (steady_legs, slower) = (steady_legs + 1.0, slower + steady - 1.0),
+            false => slower += (passing - 1.0) * f64::from(leg.increments),
+        }
+    }
+    let increments = increments + slower;
     let interior = scene
         .interior
         .as_ref()

@@ -11,6 +11,7 @@
 //!     foundation: Foundation::half_space(steel),
 //!     punch: Punch { shape: Shape::Sphere { radius: 0.01 }, material: None },
 //!     friction: Friction { mu: 0.0 },
+//!     wear: None,
 //!     domain: None,
 //!     loading: Loading::path(vec![Step { approach: Some(1e-6), ..Step::default() }]),
 //!     interior: None,

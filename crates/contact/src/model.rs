@@ -8,6 +8,8 @@
 //! - `rigid`: the six rigid degrees of freedom of the punch ([`Dof`], [`Motion`], [`Control`]);
 //! - `rolling`: the rolling of a step ([`Rolling`]);
 //! - `loading`: the loading path, step by step ([`Loading`], [`Step`], [`Leg`]);
+//! - `wear`: the wear of the surfaces ([`Wear`]);
+//! - `wheelset`: the motion of a wheelset, from which creepages follow ([`WheelsetMotion`]);
 //! - `scene`: the bodies, the friction between them and Ω ([`Scene`]);
 //! - `effect`: the closed list of effects ([`Effect`]);
 //! - `numerics`: the mesh, the method and its tolerance ([`Numerics`]);
@@ -27,11 +29,13 @@ mod outcome;
 mod rigid;
 mod rolling;
 mod scene;
+mod wear;
+mod wheelset;
 
 pub use effect::Effect;
 pub use error::SceneError;
 pub(crate) use error::refuse;
-pub use further::{Further, FurtherFields, Wear};
+pub use further::{Further, FurtherFields, Worn};
 pub use interior::{
     Interior, InteriorQuestion, LargestStress, PlanePeaks, PointStress, Stress, StressPeak,
 };
@@ -43,9 +47,11 @@ pub use outcome::{
 };
 pub use rigid::{Control, Dof, Motion, PerDof};
 pub(crate) use rigid::{rigid_displacement, rigid_modes};
-pub use rolling::{Rolling, RollingDirection, RollingHistory};
+pub use rolling::{ImposedCreepages, Rolling, RollingDirection, RollingHistory};
 #[cfg(test)]
 pub(crate) use scene::tests::sphere_on_half_space;
 pub use scene::{
     Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, Shape, Side, WheelRail,
 };
+pub use wear::Wear;
+pub use wheelset::WheelsetMotion;

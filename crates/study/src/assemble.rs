@@ -2,10 +2,11 @@
 
 mod interior;
 mod rolling;
+mod wheelset;
 
 use contact::model::{
     Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
-    Projection, Punch, Scene, SceneError, Shape, Side, Step, WheelRail,
+    Projection, Punch, Scene, SceneError, Shape, Side, Step, Wear, WheelRail,
 };
 
 use crate::error::Mistake;
@@ -42,6 +43,10 @@ const WHEEL_ON_RAIL: &[(Key, f64)] = &[
     (Key::Roll, 0.0),
 ];
 
+/// The keys of a wheelset's motion.
+const WHEELSET_MOTION: &[Key] =
+    &[Key::Speed, Key::AngularSpeed, Key::LateralVelocity, Key::YawRate, Key::RollRate];
+
 /// The keys of a height map that say how its file is read.
 pub(crate) const HEIGHT_MAP: &[Key] =
     &[Key::HeightUnit, Key::LateralUnit, Key::Missing, Key::MissingValue];
@@ -51,9 +56,12 @@ const STEEPEST: f64 = 10.0;
 
 /// Returns the keys that a shape may have beyond those that it needs.
 fn optional(shape: &str) -> impl Iterator<Item = Key> {
-    let of_wheels = if shape == "wheel-on-rail" { WHEEL_ON_RAIL } else { &[] };
+    let is_wheel = shape == "wheel-on-rail";
+    let of_wheels = if is_wheel { WHEEL_ON_RAIL } else { &[] };
+    let of_motions = if is_wheel { WHEELSET_MOTION } else { &[] };
     let of_maps = if shape == "height-map" { HEIGHT_MAP } else { &[] };
-    of_wheels.iter().map(|(key, _)| *key).chain(of_maps.iter().copied())
+    let further = of_motions.iter().chain(of_maps).copied();
+    of_wheels.iter().map(|(key, _)| *key).chain(further)
 }
 
 /// Puts the indefinite article before a word.
@@ -114,6 +122,7 @@ impl<'a> Assembler<'a> {
             foundation: self.foundation(),
             punch: Punch { shape: self.shape(), material: self.material() },
             friction: Friction { mu: self.mu() },
+            wear: self.wear(),
             domain: self.domain(),
             loading: self.loading(),
             interior: self.interior(),
@@ -307,6 +316,17 @@ impl<'a> Assembler<'a> {
         Material { shear_modulus: modulus, poisson: ratio }
     }
 
+    fn wear(&mut self) -> Option<Wear> {
+        let keys = [Key::WearCoefficient, Key::WearUpdate, Key::WearRepeat];
+        let is_begun = Table::find("wear").is_some_and(|wear| self.places.has(&wear));
+        let any = is_begun || keys.iter().any(|key| self.sheet.get(*key).is_some());
+        any.then(|| Wear {
+            coefficient: self.number(Key::WearCoefficient),
+            update: self.sheet.flag(Key::WearUpdate).unwrap_or(false),
+            repeat: self.sheet.count(Key::WearRepeat).unwrap_or(1),
+        })
+    }
+
     fn domain(&mut self) -> Option<Domain> {
         let keys = [Key::DomainWidthX, Key::DomainWidthY, Key::DomainCenterX, Key::DomainCenterY];
         let any = keys.iter().any(|key| self.sheet.get(*key).is_some());
@@ -356,7 +376,8 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    fn wheel_on_rail(&self) -> WheelRail {
+    fn wheel_on_rail(&mut self) -> WheelRail {
+        let motion = self.motion();
         let number = |key| {
             let default = || {
                 WHEEL_ON_RAIL
@@ -383,6 +404,7 @@ impl<'a> Assembler<'a> {
             lateral: number(Key::Lateral),
             yaw: number(Key::Yaw),
             roll: number(Key::Roll),
+            motion,
         }
     }
 

@@ -5,7 +5,7 @@ use serde_json::value::RawValue;
 
 use contact::model::{
     Base, Domain, Foundation, Friction, InteriorQuestion, Loading, Material, Mesh, Method,
-    Numerics, Punch, Scene, SceneError, Shape,
+    Numerics, Punch, Scene, SceneError, Shape, Wear,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::{Question, WitnessSearch};
@@ -195,6 +195,7 @@ impl Case {
         let scene = &mut self.scene;
         scene.loading = scene.loading.normalised();
         scene.friction.mu += 0.0;
+        scene.wear = scene.wear.map(Wear::normalised);
         normalise(&mut scene.foundation, &mut scene.punch.material);
         if let Shape::WheelOnRail(wheel) = &mut scene.punch.shape {
             for x in [
@@ -205,6 +206,13 @@ impl Case {
                 &mut wheel.roll,
             ] {
                 *x += 0.0;
+            }
+            if let Some(motion) = &mut wheel.motion {
+                motion.angular_speed = motion.angular_speed.map(|speed| speed + 0.0);
+                for x in [&mut motion.lateral_velocity, &mut motion.yaw_rate, &mut motion.roll_rate]
+                {
+                    *x += 0.0;
+                }
             }
         }
         if let Some(InteriorQuestion { depths, points, .. }) = &mut scene.interior {
@@ -258,6 +266,7 @@ struct SceneText {
     foundation: Foundation,
     punch: PunchText,
     friction: Friction,
+    wear: Option<Wear>,
     domain: Option<Domain>,
     loading: Loading,
 }
@@ -275,6 +284,7 @@ impl From<CaseText> for Case {
             foundation,
             punch: PunchText { shape, material },
             friction,
+            wear,
             domain,
             loading,
         } = scene;
@@ -283,6 +293,7 @@ impl From<CaseText> for Case {
                 foundation,
                 punch: Punch { shape, material },
                 friction,
+                wear,
                 domain,
                 loading,
                 interior,
@@ -356,6 +367,7 @@ pub(crate) mod tests {
                 foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),
                 punch: Punch { shape: Shape::Sphere { radius: 0.05 }, material: None },
                 friction: Friction { mu: 0.3 },
+                wear: None,
                 domain: None,
                 loading: Loading::path(vec![Step { approach: Some(2e-5), ..Step::default() }]),
                 interior: None,

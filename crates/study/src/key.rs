@@ -70,7 +70,10 @@ macro_rules! keys {
     };
 }
 
-use Dimension::{Angle, AnglePerLength, Force, Length, Moment, Pressure, Pure};
+use Dimension::{
+    Angle, AnglePerLength, AngularVelocity, Force, Length, Moment, PerPressure, Pressure, Pure,
+    Velocity,
+};
 use Quantity::{Choice, Count, Effects, Flag, LengthUnit, Lengths, List, Number, Places, Text};
 
 /// Examples of a layer and a load step.
@@ -142,6 +145,18 @@ keys! {
         Number(Angle), "yaw of the wheelset about z, positive turns x towards y";
     Roll, "scene.punch.roll", "roll",
         Number(Angle), "roll of the wheelset about x, positive lowers the right wheel";
+    Speed, "scene.punch.speed", "speed",
+        Number(Velocity), "velocity of the wheelset along the track; steps that roll then take \
+        their creepages from its motion";
+    AngularSpeed, "scene.punch.angular_speed", "angular_speed",
+        Number(AngularVelocity), "angular speed of the wheelset about its axle, speed over \
+        rolling_radius unless given";
+    LateralVelocity, "scene.punch.lateral_velocity", "lateral_velocity",
+        Number(Velocity), "velocity of the wheelset along y, positive to the right";
+    YawRate, "scene.punch.yaw_rate", "yaw_rate",
+        Number(AngularVelocity), "rate of the wheelset's yaw, against rails that rest";
+    RollRate, "scene.punch.roll_rate", "roll_rate",
+        Number(AngularVelocity), "rate of the wheelset's roll";
     PunchShearModulus, "scene.punch.material.shear_modulus", "punch_shear_modulus",
         Number(Pressure), "shear modulus G of an elastic punch";
     PunchYoungsModulus, "scene.punch.material.youngs_modulus", "punch_youngs_modulus",
@@ -149,6 +164,12 @@ keys! {
     PunchPoisson, "scene.punch.material.poisson", "punch_poisson",
         Number(Pure), "Poisson's ratio ν of an elastic punch";
     Mu, "scene.friction.mu", "mu", Number(Pure), "coefficient of friction μ";
+    WearCoefficient, "scene.wear.coefficient", "wear_coefficient", Number(PerPressure),
+        "wear coefficient k of both surfaces together: depth over pressure and sliding distance";
+    WearUpdate, "scene.wear.update", "wear_update", Flag,
+        "whether each increment meets the shape that the wear before it has left";
+    WearRepeat, "scene.wear.repeat", "wear_repeat", Count,
+        "cycles that each cycle of the path stands for: it wears so many times as much";
     DomainWidthX, "scene.domain.width_x", "domain_width_x", Number(Length), "extent of Ω along x";
     DomainWidthY, "scene.domain.width_y", "domain_width_y", Number(Length), "extent of Ω along y";
     DomainCenterX, "scene.domain.center_x", "domain_center_x",
@@ -395,6 +416,7 @@ impl Table {
         table("scene.punch", "punch"),
         table("scene.punch.material", "punch_material"),
         table("scene.friction", "friction"),
+        table("scene.wear", "wear"),
         table("scene.domain", "domain"),
         table("scene.loading", "loading"),
         table("scene.loading.steps", "steps"),

@@ -45,6 +45,9 @@ impl Quantity {
                     Dimension::Force => "1 kN",
                     Dimension::Moment => "2 N m",
                     Dimension::AnglePerLength => "0.1 rad/m",
+                    Dimension::PerPressure => "1e-8 1/MPa",
+                    Dimension::Velocity => "20 m/s",
+                    Dimension::AngularVelocity => "40 rad/s",
                     _ => return format!("a number in {}", dimension.unit()),
                 };
                 format!(

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use contact::model::{
     Base, Domain, Effect, Foundation, InteriorQuestion, Loading, Material, Mesh, Method, Numerics,
-    Projection, RollingDirection, RollingHistory, Shape, Side, Step,
+    Projection, RollingDirection, RollingHistory, Shape, Side, Step, Wear, WheelsetMotion,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::Sole;
@@ -19,6 +19,7 @@ struct JobParts<'a> {
     shape: Option<Cow<'a, Shape>>,
     material: Option<&'a Material>,
     mu: Option<f64>,
+    wear: Option<&'a Wear>,
     domain: Option<&'a Domain>,
     loading: Option<&'a Loading>,
     interior: Option<&'a InteriorQuestion>,
@@ -55,6 +56,7 @@ impl<'a> JobParts<'a> {
                 })),
                 material: question.punch.as_ref(),
                 mu: None,
+                wear: None,
                 domain: None,
                 loading: None,
                 interior: None,
@@ -77,6 +79,7 @@ impl<'a> JobParts<'a> {
             shape: Some(Cow::Borrowed(&scene.punch.shape)),
             material: scene.punch.material.as_ref(),
             mu: Some(scene.friction.mu),
+            wear: scene.wear.as_ref(),
             domain: scene.domain.as_ref(),
             loading: Some(&scene.loading),
             interior: scene.interior.as_ref(),
@@ -141,6 +144,11 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::FlangeBackDistance
         | Key::FlangeBackToOrigin
         | Key::Lateral
+        | Key::Speed
+        | Key::AngularSpeed
+        | Key::LateralVelocity
+        | Key::YawRate
+        | Key::RollRate
         | Key::Yaw
         | Key::Roll => of_shape(parts.shape.as_deref()?, key),
         // A job names its surface by content.
@@ -149,6 +157,9 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         Key::PunchYoungsModulus => number(youngs_modulus_of(parts.material?)),
         Key::PunchPoisson => number(parts.material?.poisson),
         Key::Mu => number(parts.mu?),
+        Key::WearCoefficient => number(parts.wear?.coefficient),
+        Key::WearUpdate => Some(Setting::Flag(parts.wear?.update)),
+        Key::WearRepeat => Some(Setting::Count(parts.wear?.repeat)),
         Key::DomainWidthX => number(parts.domain?.width_x),
         Key::DomainWidthY => number(parts.domain?.width_y),
         Key::DomainCenterX => number(parts.domain?.center_x),
@@ -256,6 +267,18 @@ fn of_shape(shape: &Shape, key: Key) -> Option<Setting> {
         (Key::Lateral, Shape::WheelOnRail(wheel)) => number(wheel.lateral),
         (Key::Yaw, Shape::WheelOnRail(wheel)) => number(wheel.yaw),
         (Key::Roll, Shape::WheelOnRail(wheel)) => number(wheel.roll),
+        (_, Shape::WheelOnRail(wheel)) => of_motion(wheel.motion.as_ref()?, key),
+        _ => None,
+    }
+}
+
+fn of_motion(motion: &WheelsetMotion, key: Key) -> Option<Setting> {
+    match key {
+        Key::Speed => number(motion.speed),
+        Key::AngularSpeed => number(motion.angular_speed?),
+        Key::LateralVelocity => number(motion.lateral_velocity),
+        Key::YawRate => number(motion.yaw_rate),
+        Key::RollRate => number(motion.roll_rate),
         _ => None,
     }
 }

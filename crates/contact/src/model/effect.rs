@@ -30,13 +30,15 @@ pub enum Effect {
     LoadControl,
     /// The material that passes through a contact which rolls.
     Rolling,
+    /// The depth that surfaces lose where they slip.
+    Wear,
     /// The stresses below the surface, which the solution does not depend on.
     Interior,
 }
 
 impl Effect {
     /// Every effect.
-    pub const ALL: [Effect; 13] = [
+    pub const ALL: [Effect; 14] = [
         Effect::Friction,
         Effect::Coupling,
         Effect::TractionX,
@@ -49,6 +51,7 @@ impl Effect {
         Effect::History,
         Effect::LoadControl,
         Effect::Rolling,
+        Effect::Wear,
         Effect::Interior,
     ];
 
@@ -78,6 +81,7 @@ impl Effect {
             Effect::History => "history",
             Effect::LoadControl => "load-control",
             Effect::Rolling => "rolling",
+            Effect::Wear => "wear",
             Effect::Interior => "interior",
         }
     }

@@ -1,7 +1,8 @@
 //! The result of a solve: observables, a certificate, the work done, the fields, and the status.
 //!
 //! Everything here must stay encodable by formats that do not describe themselves (no flattened,
-//! tagged or skipped fields), but for what is further asked for, which is encoded apart from the rest.
+//! tagged or skipped fields), but for what is further asked for, which is encoded apart from the
+//! rest.
 
 use serde::{Deserialize, Serialize};
 
@@ -124,6 +125,16 @@ pub struct RailContact {
     /// The distance of the wheelset below the position in which the wheel's rolling radius reaches
     /// the rails' tops \[m\].
     pub wheelset_height: f64,
+}
+
+impl RailContact {
+    /// Returns the force on the rail \[N\] in the axes of the track: the normal force and the
+    /// tangential ones of `observables`, turned by the contact angle.
+    pub fn track_force(&self, observables: &Observables) -> [f64; 3] {
+        let (sin, cos) = self.angle.sin_cos();
+        let Observables { load, force_x, force_y, .. } = *observables;
+        [force_x, cos * force_y - sin * load, sin * force_y + cos * load]
+    }
 }
 
 /// One increment of a loading path.
@@ -251,6 +262,13 @@ impl Observables {
             self.moment_z,
         ])
     }
+
+    /// Returns the size of the tangential force \[N\], or 0 where it is less than a millionth of
+    /// the load, and so the rounding of tractions that balance.
+    pub fn tangential_force(&self) -> f64 {
+        let force = self.force_x.hypot(self.force_y);
+        if force > 1e-6 * self.load.abs() { force } else { 0.0 }
+    }
 }
 
 /// The residuals of a claimed solution, computed by code that shares nothing with the solvers
@@ -260,7 +278,8 @@ impl Observables {
 pub struct Certificate {
     /// The natural-map residual ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖ with E = 1/(ε + diagonal entry
     /// of A). One E is for the normal direction and one, from the larger entry, for the tangential
-    /// ones; in steady rolling the latter is from the largest tangential coefficient of its operator.
+    /// ones; in steady rolling the latter is from the largest tangential coefficient of its
+    /// operator.
     pub residual: f64,
     /// The tension −min(p₁, 0) / max |p₁|, which is 0 if there is none.
     pub tension: f64,

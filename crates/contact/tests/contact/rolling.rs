@@ -1,10 +1,14 @@
 //! Rolling contact against two independent programs, which solved the same discrete problems
 //! (midpoint projection): steady states and paths, of like and unlike bodies, with creepages and
 //! spin. Numbers of elements agree exactly, resultants to 1e-8 of μP and fields to 1e-8 of their
-//! peaks. `laws` needs no other program; `limits` goes to the ends of what rolls.
+//! peaks. `inverse` gives forces instead of creepages; `laws` and `theory` need no other program;
+//! `limits` goes to the ends of what rolls, and `uniqueness` says what else could be a solution.
 
+mod inverse;
 mod laws;
 mod limits;
+mod theory;
+mod uniqueness;
 
 use std::ops::ControlFlow;
 
@@ -31,6 +35,7 @@ fn rolling(history: RollingHistory) -> Rolling {
         direction: RollingDirection::Forward,
         dq: None,
         history,
+        imposed: ImposedCreepages::default(),
     }
 }
 
@@ -82,6 +87,7 @@ pub(crate) fn step(case: &Value, step: &Value) -> Step {
         direction,
         dq: Some(number(step, "dq")),
         history,
+        imposed: ImposedCreepages::default(),
     };
     Step { rolling: Some(rolling), ..given }
 }
@@ -105,6 +111,7 @@ pub(crate) fn problem(case: &Value, steps: Vec<Step>) -> (Scene, Numerics) {
             material: Some(material(2)),
         },
         friction: Friction { mu: number(case, "mu") },
+        wear: None,
         domain: Some(Domain {
             width_x,
             width_y,

@@ -3,7 +3,7 @@
 //! A step rolls if it says `steady = true`, which is the limit of a long way, or a `distance`. The
 //! distance is divided evenly, into `increments` or into parts no longer than `dq`.
 
-use contact::model::{Loading, Rolling, RollingDirection, RollingHistory};
+use contact::model::{ImposedCreepages, Loading, Rolling, RollingDirection, RollingHistory};
 
 use super::Assembler;
 use crate::error::Mistake;
@@ -39,6 +39,7 @@ impl Assembler<'_> {
             },
             dq: number(Key::Dq(i)),
             history: RollingHistory::Steady,
+            imposed: ImposedCreepages::default(),
         };
         if !is_steady && distance.is_none() {
             self.refuse_rolling(i);

@@ -3,7 +3,10 @@
 use contact::model::{Estimate, Hertz, Interior, Outcome, RailContact};
 
 use super::freedom::ScenesFreedom;
+use super::rolling::ROLLING;
+use super::rolling_theory::ROLLING_THEORY;
 use super::spec::{KindSpec, KindTable};
+use super::wear::WEAR;
 use crate::axis::Group;
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::common::increments;
@@ -23,7 +26,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     assemble: |assembler, _| Job::Solve(assembler.case()),
     check: |_| Ok(()),
     to_toml: |_| String::new(),
-    columns: &[SOLUTION],
+    columns: &[SOLUTION, ROLLING, ROLLING_THEORY, WEAR],
     usual_columns: &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"],
     suggestions,
 };
@@ -163,6 +166,12 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
     Observable "wheelset_height" Length
         "height of the wheelset below where its rolling radius reaches the rails' tops"
         ColumnSource::Outcome(|o| rail(o, |r| r.wheelset_height));
+    Observable "track_force_y" ("lateral force on the rail") Force
+        "force of a wheel's only patch on its rail along the track's y, to the right"
+        ColumnSource::Outcome(|o| track_force(o, 1));
+    Observable "track_force_z" ("vertical force on the rail") Force
+        "force of a wheel's only patch on its rail along the track's z, downwards"
+        ColumnSource::Outcome(|o| track_force(o, 2));
     Observable "von_mises_max" ("largest von Mises stress") Pressure
         "largest von Mises stress, on the surface or below it"
         ColumnSource::Outcome(|o| interior(o, |i| Some(i.von_mises?.overall().stress)));
@@ -330,6 +339,17 @@ fn ratio(a: f64, b: f64) -> Value {
 
 fn hertz(outcome: &Outcome, read: fn(&Hertz) -> f64) -> Value {
     outcome.hertz.as_ref().map_or(Value::Missing, |hertz| Value::Number(read(hertz)))
+}
+
+/// Returns a component of the force on a rail. Patches may have planes of their own, of which the
+/// outcome knows but one.
+fn track_force(outcome: &Outcome, component: usize) -> Value {
+    match (&outcome.rail, outcome.last()) {
+        (Some(rail), Some(end)) if end.observables.patches == 1 => {
+            Value::Number(rail.track_force(&end.observables)[component])
+        }
+        _ => Value::Missing,
+    }
 }
 
 fn rail(outcome: &Outcome, read: fn(&RailContact) -> f64) -> Value {

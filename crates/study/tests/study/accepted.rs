@@ -503,7 +503,7 @@ prop_compose! {
         let [wheel, rail] = [&profiles()[0], &profiles()[1]].map(|(name, _)| name.clone());
         let [rolling_radius, gauge, gauge_depth, flange_back_distance, flange_back_to_origin] = lengths;
         let side = if left { Side::Left } else { Side::Right };
-        WheelRail { wheel, rail, side, rolling_radius, gauge, gauge_depth, flange_back_distance, flange_back_to_origin, lateral, yaw, roll }
+        WheelRail { wheel, rail, side, rolling_radius, gauge, gauge_depth, flange_back_distance, flange_back_to_origin, lateral, yaw, roll, motion: None }
     }
 }
 
@@ -637,6 +637,7 @@ prop_compose! {
             foundation,
             punch: Punch { shape, material },
             friction: Friction { mu },
+            wear: None,
             domain,
             loading,
             interior,

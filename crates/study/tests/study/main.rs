@@ -13,3 +13,5 @@ mod sample;
 mod sensitivity;
 mod simulate;
 mod sphere;
+mod wear;
+mod wheelset;
