@@ -563,6 +563,11 @@ pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces
     let of_young = named.and_then(Key::alternative).filter(|key| {
         sheet.get(*key).is_some() && named.is_none_or(|key| sheet.get(key).is_none())
     });
+    // One depth may be given by a key of its own.
+    let as_one = named == Some(Key::InteriorDepths)
+        && sheet.get(Key::InteriorDepths).is_none()
+        && sheet.get(Key::InteriorDepth).is_some();
+    let of_young = of_young.or(as_one.then_some(Key::InteriorDepth));
     let key = of_young.or(named);
     let path = of_young.map_or_else(|| error.key.clone(), |key| key.short().into_owned());
     let message = |value: &str| match key.map(Key::quantity) {

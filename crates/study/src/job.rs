@@ -50,7 +50,7 @@ pub enum Job {
 
 /// A scene, and the accuracy with which it is to be solved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "CaseText")]
+#[serde(from = "CaseText", into = "WrittenCase")]
 pub struct Case {
     /// The scene.
     pub scene: Scene,
@@ -237,11 +237,27 @@ fn normalise(foundation: &mut Foundation, punch: &mut Option<Material>) {
     }
 }
 
+/// A case as it is written: what is asked beyond the solution stands beside the scene.
+#[derive(Serialize)]
+struct WrittenCase {
+    scene: Scene,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interior: Option<InteriorQuestion>,
+    numerics: Numerics,
+}
+
+impl From<Case> for WrittenCase {
+    fn from(Case { scene, numerics }: Case) -> Self {
+        Self { interior: scene.interior.clone(), scene, numerics }
+    }
+}
+
 /// A case as it is read. Serde reads no flattened field in a struct that denies unknown fields, as
 /// the scene's punch does. [`Job::parse`] finds unknown fields by comparing texts.
 #[derive(Deserialize)]
 struct CaseText {
     scene: SceneText,
+    interior: Option<InteriorQuestion>,
     numerics: Numerics,
 }
 
@@ -253,7 +269,6 @@ struct SceneText {
     wear: Option<Wear>,
     domain: Option<Domain>,
     loading: Loading,
-    interior: Option<InteriorQuestion>,
 }
 
 #[derive(Deserialize)]
@@ -264,7 +279,7 @@ struct PunchText {
 }
 
 impl From<CaseText> for Case {
-    fn from(CaseText { scene, numerics }: CaseText) -> Case {
+    fn from(CaseText { scene, interior, numerics }: CaseText) -> Case {
         let SceneText {
             foundation,
             punch: PunchText { shape, material },
@@ -272,7 +287,6 @@ impl From<CaseText> for Case {
             wear,
             domain,
             loading,
-            interior,
         } = scene;
         Case {
             scene: Scene {

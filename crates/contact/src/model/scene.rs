@@ -33,8 +33,9 @@ pub struct Scene {
     pub domain: Option<Domain>,
     /// The path along which the punch is moved.
     pub loading: Loading,
-    /// The stresses below the surface that are wanted at the end of the path.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// The stresses below the surface that are wanted at the end of the path. They are no part of
+    /// the scene's text: a job writes them beside it.
+    #[serde(skip)]
     pub interior: Option<InteriorQuestion>,
 }
 

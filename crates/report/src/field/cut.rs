@@ -26,18 +26,15 @@ impl CutPlane {
         }
     }
 
-    /// Returns the point (x, y, z) of two coordinates on it.
-    pub(super) fn point(self, [a, b]: [f64; 2]) -> [f64; 3] {
-        match self {
-            Self::X(x) => [x, a, b],
-            Self::Y(y) => [a, y, b],
-            Self::Z(z) => [a, b, z],
-        }
+    /// Returns the coordinate that all of it shares.
+    pub(super) fn place(self) -> f64 {
+        let (Self::X(place) | Self::Y(place) | Self::Z(place)) = self;
+        place
     }
 
-    /// Returns two numbers that belong to its coordinates in the order of x, y and z, with `other`
-    /// across it.
-    pub(super) fn spread<T: Copy>(self, [a, b]: [T; 2], other: T) -> [T; 3] {
+    /// Returns what belongs to its two coordinates in the order of x, y and z, with `other` across
+    /// it.
+    pub(super) fn spread<T>(self, [a, b]: [T; 2], other: T) -> [T; 3] {
         match self {
             Self::X(_) => [other, a, b],
             Self::Y(_) => [a, other, b],

@@ -98,6 +98,10 @@ impl Field {
 pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
     let grid = shared_grid(fields)?;
     let cut = fields[0].cut;
+    let place = match cut.place() {
+        0.0 => "0".to_owned(),
+        place => exact(place),
+    };
     let extent = cut.spread([grid.nx, grid.ny], 0).map(|n| format!("0 {n}")).join(" ");
     let mut out = String::from(
         "<?xml version=\"1.0\"?>\n\
@@ -108,8 +112,8 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
     let _ = writeln!(
         out,
         "<ImageData WholeExtent=\"{extent}\" Origin=\"{}\" Spacing=\"{}\">",
-        cut.point(grid.origin).map(exact).join(" "),
-        cut.spread(grid.element, 1.0).map(exact).join(" ")
+        cut.spread(grid.origin.map(exact), place).join(" "),
+        cut.spread(grid.element.map(exact), "1".to_owned()).join(" ")
     );
     let _ = writeln!(
         out,

@@ -689,14 +689,14 @@ proptest! {
             });
             let expected = match given {
                 Some(serde_json::Value::Number(x)) => Some(x.to_string().parse().unwrap()),
-                Some(serde_json::Value::Array(list)) if !matches!(key, Key::Mesh | Key::Simulate) => Some(list.len() as f64),
+                Some(serde_json::Value::Array(list)) if !matches!(key, Key::Mesh | Key::Simulate | Key::InteriorDepths | Key::InteriorPoints) => Some(list.len() as f64),
                 _ => None,
             };
             if let Some(expected) = expected {
                 for name in [key.column(), key.path(), key.short()] {
                     prop_assert_eq!(value(&name).and_then(|value| value.as_f64()), Some(expected), "{}", name);
                 }
-            } else if given.is_none() && !matches!(key, Key::Layers | Key::Cycles | Key::Increments(_) | Key::Epsilon | Key::DomainCenterX | Key::DomainCenterY) {
+            } else if given.is_none() && !matches!(key, Key::InteriorDepth | Key::Layers | Key::Cycles | Key::Increments(_) | Key::Epsilon | Key::DomainCenterX | Key::DomainCenterY) {
                 // A key without a default is missing, if there is a column for it at all.
                 prop_assert_eq!(value(&key.column()).unwrap_or(Value::Missing), Value::Missing, "{}", key.column());
             }
