@@ -324,6 +324,23 @@ fn a_sphere_that_frets_wears_a_scar() {
     assert!(closed_form(&exact).is_some());
 }
 
+/// What is left out of a solve by stages, directions and mirror planes changes neither the wear nor
+/// the shape that it leaves.
+#[test]
+fn effects_left_out_wear_the_same_shape() {
+    let mut scene = fretting(0.5, 0.2, 4, 2);
+    scene.wear = updating(0.1, 1);
+    let (reduced, fields) = solved(&scene, &newton(16));
+    let whole = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..newton(16) };
+    let (full, full_fields) = solved(&scene, &whole);
+    for (worn, expected) in reduced.further.wear.iter().zip(&full.further.wear) {
+        let scale = full.further.wear.last().unwrap();
+        assert!((worn.depth - expected.depth).abs() < 1e-6 * scale.depth, "{worn:?} {expected:?}");
+        assert!((worn.volume - expected.volume).abs() < 1e-6 * scale.volume, "{worn:?}");
+    }
+    assert!(difference(&fields, &full_fields) < 1e-6);
+}
+
 /// A flat punch that slides to and fro under a constant load wears until its pressure is the same
 /// everywhere, which is Archard's limit of conforming contacts: then it wears evenly.
 #[test]
