@@ -78,7 +78,7 @@ fn of_roll(case: &Case, outcome: &Outcome, read: fn(&RolledIncrement<'_>) -> f64
 
 /// Returns the distance that the last increment rolls \[m\], if it does.
 pub(super) fn last_distance(case: &Case, outcome: &Outcome) -> Option<f64> {
-    outcome.last().and_then(|end| Roll::of(case, end)).map(|roll| roll.distance)
+    outcome.last().and_then(|end| RolledIncrement::of(case, end)).map(|roll| roll.distance)
 }
 
 /// Returns the distance that was rolled since the path began, if a step of it rolls so.
