@@ -2,8 +2,8 @@
 //!
 //! With x = kz and lengths in 1/k, the state (u_l, u_n, −σ_lz, −σ_zz) of a layer, of which u_l and
 //! σ_lz go like sin and the others like cos, obeys y′ = S y, and (S² − 1)² = 0. What is below a
-//! layer moves by C times the traction on it, so that the traction on its upper face is M times that
-//! on its lower one, with
+//! layer moves by C times the traction on it, so that the traction on its upper face is M times
+//! that on its lower one, with
 //!   M = (lower rows of e^{−Sx}) · (C over 1).
 //! The traction at a depth is M⁻¹ of that above, from layer to layer. The entries of M are summed
 //! here; its determinant, in which they cancel, is the positive `divisor` of `layered`, which is
@@ -54,8 +54,8 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    /// Cuts the layers at a depth ≥ 0, in the material on this side of it. Returns `None` in a rigid
-    /// base.
+    /// Cuts the layers at a depth ≥ 0, in the material on this side of it. Returns `None` in a
+    /// rigid base.
     pub(super) fn new(layered: &Layered, depth: f64, side: DepthSide) -> Option<Self> {
         let (layers, base) = (layered.layers(), layered.base());
         let (mut above, mut top) = (Vec::new(), 0.0);

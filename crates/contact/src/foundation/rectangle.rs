@@ -4,8 +4,8 @@
 //! it (Boussinesq, Cerruti; K. L. Johnson, Contact Mechanics, 1985, section 3.2):
 //!   V = ∫ 1/ϱ, Λ = ∫ ln(ϱ + z), Θ = ∫ (z ln(ϱ + z) − ϱ), with Θ_z = Λ and Λ_z = V.
 //! A derivative once along x and once along y is the sum of an elementary function over the four
-//! corners; for normal tractions these are the formulas of A. E. H. Love, Phil. Trans. R. Soc. A 228
-//! (1929) 377–420, doi:10.1098/rsta.1929.0009. The explicit factors z of the solutions stay beside
+//! corners; for normal tractions these are the formulas of A. E. H. Love, Phil. Trans. R. Soc. A
+//! 228 (1929) 377–420, doi:10.1098/rsta.1929.0009. The explicit factors z of the solutions stay beside
 //! the derivatives, so that nothing is lost at depths far below the element's size.
 //!
 //! The sum over corners loses the square of the distance in digits. Farther away than some element
@@ -26,7 +26,7 @@ const ON_EDGE: f64 = 1e-12;
 /// The derivatives of the potentials that make all stresses; the rest follows, since each potential
 /// is harmonic. Those of third order come times z.
 #[derive(Clone, Copy, Debug, Default)]
-struct Derivatives {
+struct PotentialDerivatives {
     v_x: f64,
     v_y: f64,
     v_z: f64,
@@ -43,7 +43,7 @@ struct Derivatives {
     zl_xyy: f64,
 }
 
-impl Derivatives {
+impl PotentialDerivatives {
     /// Adds `factor` times `other`.
     fn add(&mut self, other: &Self, factor: f64) {
         self.v_x += factor * other.v_x;
@@ -150,8 +150,8 @@ impl Derivatives {
             let rules = gauss::uniform();
             for &(v, weight_y) in &rules[points_y] {
                 for &(u, weight_x) in &rules[points_x] {
-                    let at = Self::of_point(x - a * u, y - b * v, z);
-                    sum.add(&at, 4.0 * a * b * weight_x * weight_y);
+                    let point = Self::of_point(x - a * u, y - b * v, z);
+                    sum.add(&point, 4.0 * a * b * weight_x * weight_y);
                 }
             }
             return sum;
@@ -204,7 +204,7 @@ pub(super) fn stresses([x, y]: [f64; 2], depth: f64, [a, b]: [f64; 2], nu: f64) 
     let z = depth / unit;
     // Products of smaller depths would vanish.
     let z = if z < 1e-100 { 0.0 } else { z };
-    Derivatives::of_rectangle([x / unit, y / unit], z, [a / unit, b / unit]).stresses(nu)
+    PotentialDerivatives::of_rectangle([x / unit, y / unit], z, [a / unit, b / unit]).stresses(nu)
 }
 
 #[cfg(test)]

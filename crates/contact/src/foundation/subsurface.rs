@@ -234,9 +234,9 @@ impl DepthTable {
         let area = 4.0 * a * b / std::f64::consts::TAU;
         for &(v, weight_y) in &rules[points_y] {
             for &(u, weight_x) in &rules[points_x] {
-                let at = self.block(x - a * u, y - b * v);
+                let point = self.block(x - a * u, y - b * v);
                 let weight = area * weight_x * weight_y;
-                for (row, stresses) in sum.iter_mut().zip(at) {
+                for (row, stresses) in sum.iter_mut().zip(point) {
                     for (total, stress) in row.iter_mut().zip(stresses) {
                         *total += weight * stress;
                     }

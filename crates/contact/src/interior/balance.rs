@@ -46,7 +46,9 @@ pub(super) fn load_residual(below: &Subsurface<'_>, depth: f64, side: DepthSide)
     const FARTHEST: f64 = 1e4;
     let layers: f64 = below.foundation.layers.iter().map(|layer| layer.thickness).sum();
     let farthest = FARTHEST * depth.max(layers);
-    let Some(kernels) = StressKernels::new(below.foundation, depth, side, 1.1 * farthest) else {
+    // The last piece of the radius may end beyond.
+    let reach = 2.0 * farthest;
+    let Some(kernels) = StressKernels::new(below.foundation, depth, side, reach) else {
         return 0.0;
     };
     let half_side = 0.25 * depth;

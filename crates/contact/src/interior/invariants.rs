@@ -86,7 +86,8 @@ mod tests {
             let [a, b, c] = stress.principal();
             prop_assert!(a >= b && b >= c);
             prop_assert!((a + b + c - xx - yy - zz).abs() < 1e-13);
-            let det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+            let det = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz)
+                + xz * (xy * yz - yy * xz);
             prop_assert!((a * b * c - det).abs() < 1e-12);
             let mises = (0.5 * ((a - b).powi(2) + (b - c).powi(2) + (c - a).powi(2))).sqrt();
             prop_assert!((mises - stress.von_mises()).abs() < 1e-13);

@@ -7,10 +7,10 @@ pub(super) struct Climbed {
     pub(super) place: [f64; 3],
 }
 
-/// Climbs from `start` to a maximum of `f`, which takes several places at a time, in the box between the corners `low` and `high`. It fits a
-/// quadratic function through ten places `steps` apart and goes to where that is largest, but no
-/// farther than the steps; then with smaller steps. A direction in which the box has no extent is
-/// left alone.
+/// Climbs from `start` to a maximum of `f`, which takes several places at a time, in the box between
+/// the corners `low` and `high`. It fits a quadratic function through ten places `steps` apart and
+/// goes to where that is largest, but no farther than the steps; then with smaller steps. A direction
+/// in which the box has no extent is left alone.
 ///
 /// The steps end at 1e-3 of their beginning, so the value is good to 1e-6 of what it changes by in
 /// one step of the beginning, or better, and the place to 1e-3 of the steps.
@@ -35,7 +35,7 @@ pub(super) fn climb(
             let (least, most) = (low[i] + step, high[i] - step);
             if least <= most { best.place[i].clamp(least, most) } else { 0.5 * (low[i] + high[i]) }
         });
-        let at =
+        let place_of =
             |offset: [f64; 3]| clamp([0, 1, 2].map(|i| middle[i] + offset[i] * size * steps[i]));
         let mut offsets = vec![[0.0; 3]];
         for (n, i) in free.iter().enumerate() {
@@ -50,7 +50,7 @@ pub(super) fn climb(
                 offsets.push(offset);
             }
         }
-        let values = f(&offsets.iter().map(|offset| at(*offset)).collect::<Vec<_>>());
+        let values = f(&offsets.iter().map(|offset| place_of(*offset)).collect::<Vec<_>>());
         let value_at = |offset: [f64; 3]| {
             let found = offsets.iter().position(|other| *other == offset);
             found.map_or(f64::NAN, |index| values[index])
@@ -79,10 +79,10 @@ pub(super) fn climb(
         let before = best.value;
         for (offset, value) in offsets.iter().zip(&values) {
             if *value > best.value {
-                best = Climbed { value: *value, place: at(*offset) };
+                best = Climbed { value: *value, place: place_of(*offset) };
             }
         }
-        let target = at(summit(&slope, &curvature, &free));
+        let target = place_of(summit(&slope, &curvature, &free));
         let value = one(target);
         if value > best.value {
             best = Climbed { value, place: target };

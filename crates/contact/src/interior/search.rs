@@ -23,7 +23,7 @@ const MEASURES: [fn(&Stress) -> f64; 2] = [Stress::von_mises, Stress::tresca];
 
 /// Depths in one material, from its upper end down.
 #[derive(Clone, Debug)]
-struct Span {
+struct DepthSpan {
     depths: Vec<f64>,
     /// Whether the first depth is the upper end of the material, so that its stresses are those
     /// below it.
@@ -32,7 +32,7 @@ struct Span {
     open_above: bool,
 }
 
-impl Span {
+impl DepthSpan {
     /// Returns the side of a depth on which the material lies.
     fn side(&self, depth: f64) -> DepthSide {
         if self.from_interface && self.depths.first() == Some(&depth) {
@@ -44,7 +44,7 @@ impl Span {
 }
 
 /// The measures on a plane.
-struct Measured {
+struct MeasuredPlane {
     values: [Vec<f64>; 2],
 }
 
@@ -80,8 +80,8 @@ pub fn examine(
     }
     let searched = answer.von_mises.and_then(|largest| largest.below);
     let depths = searched.map(|peak| peak.place[2]).into_iter();
-    let asked = question.depths.iter().copied().chain(question.points.iter().map(|point| point[2]));
-    if let Some(depth) = depths.chain(asked).find(|depth| *depth > 0.0) {
+    let given = question.depths.iter().copied().chain(question.points.iter().map(|point| point[2]));
+    if let Some(depth) = depths.chain(given).find(|depth| *depth > 0.0) {
         answer.residual = answer.residual.max(load_residual(&below, depth, DepthSide::Above));
     }
     Some(answer)
@@ -131,7 +131,7 @@ fn search(
             }
             let plane = below.plane_on(*depth, span.side(*depth))?;
             let values = MEASURES.map(|measure| plane.stresses.par_iter().map(measure).collect());
-            planes.push(Measured { values });
+            planes.push(MeasuredPlane { values });
         }
         for (index, largest) in largest.iter_mut().enumerate() {
             let candidates = candidates(below, span, &planes, index);
@@ -172,7 +172,7 @@ fn largest_on(
 
 /// Returns depths in geometric progression between two depths, cut where materials meet; at least
 /// three in each material.
-fn spans(foundation: &Foundation, first: f64, last: f64) -> Vec<Span> {
+fn spans(foundation: &Foundation, first: f64, last: f64) -> Vec<DepthSpan> {
     let mut faces = interfaces(foundation);
     if foundation.depth().is_none() {
         faces.push(f64::INFINITY);
@@ -197,14 +197,14 @@ fn spans(foundation: &Foundation, first: f64, last: f64) -> Vec<Span> {
             .map(|step| from * (bottom / from).powf(step as f64 / steps as f64))
             .collect();
         (depths[0], depths[steps]) = (start, bottom);
-        spans.push(Span { depths, from_interface: index > 0, open_above: index == 0 });
+        spans.push(DepthSpan { depths, from_interface: index > 0, open_above: index == 0 });
         top = bottom;
     }
     spans
 }
 
 /// Returns the given depths below the surface by material.
-fn given_spans(foundation: &Foundation, given: &[f64]) -> Vec<Span> {
+fn given_spans(foundation: &Foundation, given: &[f64]) -> Vec<DepthSpan> {
     let mut depths: Vec<f64> = given.iter().copied().filter(|depth| *depth > 0.0).collect();
     depths.sort_by(f64::total_cmp);
     depths.dedup();
@@ -213,7 +213,11 @@ fn given_spans(foundation: &Foundation, given: &[f64]) -> Vec<Span> {
         |depth: f64| faces.iter().filter(|face| !DepthSide::Above.is_above(depth, **face)).count();
     depths
         .chunk_by(|a, b| material(*a) == material(*b))
-        .map(|depths| Span { depths: depths.to_vec(), from_interface: false, open_above: false })
+        .map(|depths| DepthSpan {
+            depths: depths.to_vec(),
+            from_interface: false,
+            open_above: false,
+        })
         .collect()
 }
 
@@ -221,8 +225,8 @@ fn given_spans(foundation: &Foundation, given: &[f64]) -> Vec<Span> {
 /// and no more than a twentieth below the highest.
 fn candidates(
     below: &Subsurface<'_>,
-    span: &Span,
-    planes: &[Measured],
+    span: &DepthSpan,
+    planes: &[MeasuredPlane],
     measure: usize,
 ) -> Vec<(usize, usize)> {
     /// The most maxima that are looked at.
@@ -266,7 +270,7 @@ fn candidates(
 /// Climbs to the maximum near an element of a plane, no farther than the planes beside it.
 fn refine(
     below: &Subsurface<'_>,
-    span: &Span,
+    span: &DepthSpan,
     [plane, element]: [usize; 2],
     measure: fn(&Stress) -> f64,
 ) -> StressPeak {
@@ -275,7 +279,7 @@ fn refine(
     let [x, y] = below.center(element);
     let (upper, lower) =
         (depths[plane.saturating_sub(1)], depths[(plane + 1).min(depths.len() - 1)]);
-    let at = |places: &[[f64; 3]]| -> Vec<f64> {
+    let measured = |places: &[[f64; 3]]| -> Vec<f64> {
         let mut found: Vec<f64> = places.iter().map(|place| place[2]).collect();
         found.sort_by(f64::total_cmp);
         found.dedup();
@@ -293,6 +297,6 @@ fn refine(
             .collect()
     };
     let bounds = [[x - 1.5 * hx, y - 1.5 * hy, upper], [x + 1.5 * hx, y + 1.5 * hy, lower]];
-    let climbed = climb([x, y, depths[plane]], [hx, hy, 0.5 * (lower - upper)], bounds, at);
+    let climbed = climb([x, y, depths[plane]], [hx, hy, 0.5 * (lower - upper)], bounds, measured);
     StressPeak { stress: climbed.value, place: climbed.place }
 }

@@ -118,13 +118,13 @@ fn interior(scene: &Scene) -> Ruling {
         1 => Some(format!("one {one}")),
         _ => Some(format!("{count} {one}s")),
     };
-    let asked = [
+    let wanted = [
         maximum.then(|| "the largest stresses".to_owned()),
         counted(depths.len(), "plane"),
         counted(points.len(), "point"),
     ];
-    let asked: Vec<String> = asked.into_iter().flatten().collect();
-    Ruling::on(format!("`[interior]` asks for {}", asked.join(" and ")))
+    let wanted: Vec<String> = wanted.into_iter().flatten().collect();
+    Ruling::on(format!("`[interior]` asks for {}", wanted.join(" and ")))
 }
 
 /// Returns whether a path has tangential loads along x, along y, and about z.

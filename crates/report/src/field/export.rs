@@ -180,8 +180,8 @@ pub fn pvd(files: &[SeriesFile]) -> String {
     out
 }
 
-/// Writes fields on one grid as CSV: the columns `x,y`, or those of the section, of the centre of each element in metres,
-/// then a column for each field.
+/// Writes fields on one grid as CSV: the columns `x,y`, or those of the section, of the centre of
+/// each element in metres, then a column for each field.
 ///
 /// Numbers are written as in [`DataTable::csv`](crate::DataTable::csv). A missing value is an empty
 /// field, and states are written by name.

@@ -38,9 +38,9 @@ fn derivative(below: &Subsurface<'_>, place: [f64; 3], axis: usize, step: f64) -
     let mut sum = [0.0; 6];
     for (n, weight) in [(1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0)] {
         for sign in [1.0, -1.0] {
-            let mut at = place;
-            at[axis] += sign * n * step;
-            let stress = below.at(at).unwrap().components();
+            let mut moved = place;
+            moved[axis] += sign * n * step;
+            let stress = below.at(moved).unwrap().components();
             (0..6).for_each(|i| sum[i] += sign * weight * stress[i] / step);
         }
     }
@@ -72,9 +72,9 @@ fn incompatibility(below: &Subsurface<'_>, place: [f64; 3], step: f64) -> f64 {
         let mut second = -2.0 * 49.0 / 36.0 * trace(place);
         for (n, weight) in [(1.0, 1.5), (2.0, -0.15), (3.0, 1.0 / 90.0)] {
             for sign in [1.0, -1.0] {
-                let mut at = place;
-                at[axis] += sign * n * step;
-                second += weight * trace(at);
+                let mut moved = place;
+                moved[axis] += sign * n * step;
+                second += weight * trace(moved);
             }
         }
         sum += second;
@@ -309,14 +309,14 @@ fn mirror_images_and_reversals_are_kept() {
     };
     for foundation in [half_space(0.3), layers(&[[3.0, 0.2, 0.4]], [1.0, 0.4])] {
         for [x, y, z] in [[0.3, 0.2, 0.1], [-1.7, 0.4, 0.9]] {
-            let at = |fields: &Fields, x: f64| {
+            let there = |fields: &Fields, x: f64| {
                 Subsurface::new(&foundation, fields).at([x, y, z]).unwrap()
             };
-            let here = at(&fields, x);
-            let image = at(&mirrored, -x);
+            let here = there(&fields, x);
+            let image = there(&mirrored, -x);
             let back = Stress { xy: -image.xy, xz: -image.xz, ..image };
             assert!(difference(&here, &back) < 1e-12 * largest(&here), "{here:?} {image:?}");
-            let against = at(&reversed, x);
+            let against = there(&reversed, x);
             let sums = here.components().into_iter().zip(against.components());
             assert!(sums.into_iter().all(|(a, b)| a + b == 0.0), "{here:?} {against:?}");
         }
