@@ -22,7 +22,7 @@ struct SweptLoading {
     prescribed: &'static [&'static str],
 }
 
-const LOADINGS: [SweptLoading; 10] = [
+const LOADINGS: [SweptLoading; 12] = [
     SweptLoading {
         steps: r#"[{ approach = "10 um" }]"#,
         axis: r#""loading.steps[0].approach" = ["5 um", "10 um", "20 um"]"#,
