@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod adaptive;
+mod below_surface;
 mod budgets;
 mod cite;
 mod effects;
@@ -24,6 +25,7 @@ mod shards;
 mod store;
 mod submit;
 mod upkeep;
+mod wear;
 mod wheel;
 
 use std::fs;

@@ -6,7 +6,8 @@ use study::{Job, StudyPoint};
 /// Returns the columns that show loading paths at a glance: the place, the motions and forces that
 /// some step mentions, what they do, and how it ended.
 pub fn path_columns(points: &[StudyPoint]) -> Vec<String> {
-    let paths = || points.iter().filter_map(|point| Some(&point.job.case()?.scene.loading));
+    let scenes = || points.iter().filter_map(|point| Some(&point.job.case()?.scene));
+    let paths = || scenes().map(|scene| &scene.loading);
     let cycle = paths().any(|path| path.cycle_from.is_some()).then_some("cycle");
     let mut names: Vec<String> =
         ["step"].into_iter().chain(cycle).chain(["increment"]).map(str::to_owned).collect();
@@ -17,9 +18,8 @@ pub fn path_columns(points: &[StudyPoint]) -> Vec<String> {
     for dof in Dof::ALL {
         let [motion, force] = Step::NAMES[dof];
         let steps = || paths().flat_map(|path| &path.steps);
-        let is_mentioned = |step: &Step| step.given()[dof] != [None, None] || step.creeps(dof);
         // The approach and the load are always there.
-        if dof == Dof::Approach || steps().any(is_mentioned) {
+        if dof == Dof::Approach || scenes().any(|scene| scene.moves(dof)) {
             let force = if force == "normal_force" { "load" } else { force };
             // Where a step rolls, its creepages stand for the shifts.
             let creepage =

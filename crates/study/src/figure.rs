@@ -216,8 +216,8 @@ impl Figure {
     /// `filter` holds; `None` if all do.
     pub fn filtered(&self, filter: Option<&str>) -> Option<String> {
         match (&self.condition, filter) {
-            (Some(own), Some(filter)) => Some(format!("({own}) && ({filter})")),
-            (own, filter) => own.as_deref().or(filter).map(str::to_owned),
+            (Some(condition), Some(filter)) => Some(format!("({condition}) && ({filter})")),
+            (condition, filter) => condition.as_deref().or(filter).map(str::to_owned),
         }
     }
 

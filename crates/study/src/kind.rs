@@ -14,6 +14,7 @@ pub mod sensitivity;
 mod solve;
 mod spec;
 mod uniqueness;
+mod wear;
 
 use toml::de::DeTable;
 

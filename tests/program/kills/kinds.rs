@@ -122,6 +122,23 @@ mesh = 20
 "loading.steps[2].creepage_y" = [-1e-3, 0, 1e-3, 3e-3]
 "#;
 
+/// A ball that frets and wears its shape.
+const WEAR: &str = r#"
+name = "kinds"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+friction.mu = 0.6
+wear.coefficient = "2e-7 1/MPa"
+domain = { width_x = "0.5 mm", width_y = "0.5 mm" }
+loading.steps = [{ normal_force = "50 N" }, { shift_x = "4 um", increments = 8 }]
+[numerics]
+mesh = 20
+[sweep]
+"wear.update" = [false, true]
+"wear.coefficient" = ["1e-8 1/MPa", "2e-8 1/MPa", "5e-8 1/MPa", "1e-7 1/MPa", "2e-7 1/MPa", "3e-7 1/MPa"]
+"#;
+
 /// Waits until some jobs are durable and some are not; returns `false` if the study was over before
 /// that was seen.
 fn is_in_its_middle(running: &mut Running) -> bool {
@@ -236,6 +253,11 @@ fn measured_convergence_survives() {
 #[test]
 fn rolling_contacts_survive() {
     survives(ROLLING, 12);
+}
+
+#[test]
+fn contacts_that_wear_survive() {
+    survives(WEAR, 12);
 }
 
 #[test]

@@ -65,9 +65,10 @@ impl Errors {
 
     /// Compares the end of a path with that of the same path on another mesh or with other
     /// numerics, taken for exact. `leg` is the last of
-    /// [`Loading::legs`](crate::model::Loading::legs): it has the controls, and where it rolls by an
-    /// element of each mesh the motions are compared over the same distance. Local means are taken on 8 × 8 parts of
-    /// the reference's Ω. `None` if a field does not have one value per element.
+    /// [`Loading::legs`](crate::model::Loading::legs): it has the controls, and where it rolls by
+    /// an element of each mesh the motions are compared over the same distance. Local means are
+    /// taken on 8 × 8 parts of the reference's Ω. `None` if a field does not have one value per
+    /// element.
     pub fn against_solution(
         end: &StepOutcome,
         fields: &Fields,

@@ -409,7 +409,7 @@ impl Leg {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::RollingDirection;
+    use crate::model::{ImposedCreepages, RollingDirection};
 
     #[test]
     fn what_is_not_mentioned_stays_as_it_was() {
@@ -458,6 +458,7 @@ mod tests {
             direction: RollingDirection::Forward,
             dq: Some(0.2),
             history: RollingHistory::Transient,
+            imposed: ImposedCreepages::default(),
         };
         let shift = Step {
             approach: Some(1e-5),

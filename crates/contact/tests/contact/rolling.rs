@@ -35,6 +35,7 @@ fn rolling(history: RollingHistory) -> Rolling {
         direction: RollingDirection::Forward,
         dq: None,
         history,
+        imposed: ImposedCreepages::default(),
     }
 }
 
@@ -50,14 +51,14 @@ fn sphere(poisson: [f64; 2], rolling: Rolling) -> Scene {
 }
 
 /// Returns the case of this `id` in a list of the file.
-fn case(list: &str, id: &str) -> Value {
+pub(crate) fn case(list: &str, id: &str) -> Value {
     let file: Value = serde_json::from_str(&reference("rolling_cases.json")).unwrap();
     let cases = file[list].as_array().unwrap();
     cases.iter().find(|case| case["id"] == id).expect("a case of that id").clone()
 }
 
 /// Returns the step of a case; its punch and the foundation are on the other sides of the signs.
-fn step(case: &Value, step: &Value) -> Step {
+pub(crate) fn step(case: &Value, step: &Value) -> Step {
     let load = if step["load"].is_object() { &step["load"] } else { &case["load"] };
     let given = Step {
         normal_force: load["normal_force"].as_f64(),
@@ -86,12 +87,13 @@ fn step(case: &Value, step: &Value) -> Step {
         direction,
         dq: Some(number(step, "dq")),
         history,
+        imposed: ImposedCreepages::default(),
     };
     Step { rolling: Some(rolling), ..given }
 }
 
 /// Returns the scene and the numerics of a case with these steps.
-fn problem(case: &Value, steps: Vec<Step>) -> (Scene, Numerics) {
+pub(crate) fn problem(case: &Value, steps: Vec<Step>) -> (Scene, Numerics) {
     let material = |body: u32| Material {
         shear_modulus: number(&case["material"], &format!("G{body}")),
         poisson: number(&case["material"], &format!("nu{body}")),
@@ -109,6 +111,7 @@ fn problem(case: &Value, steps: Vec<Step>) -> (Scene, Numerics) {
             material: Some(material(2)),
         },
         friction: Friction { mu: number(case, "mu") },
+        wear: None,
         domain: Some(Domain {
             width_x,
             width_y,
@@ -116,6 +119,7 @@ fn problem(case: &Value, steps: Vec<Step>) -> (Scene, Numerics) {
             center_y: number(mesh, "y_bottom") + 0.5 * width_y,
         }),
         loading: Loading::path(steps),
+        interior: None,
     };
     let mesh = Mesh::Exact([nx as u32, ny as u32]);
     (scene, numerics(mesh, Projection::Midpoint, 1e-10))

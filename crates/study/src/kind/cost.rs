@@ -26,6 +26,7 @@ use super::rolling::ROLLING;
 use super::rolling_theory::ROLLING_THEORY;
 use super::solve::{self, SOLUTION};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
+use super::wear::WEAR;
 use crate::axis::{Group, SweepAxis};
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
@@ -54,7 +55,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         Job::Cost { case: assembler.case(), repeat, threads }
     },
     to_toml,
-    columns: &[SOLUTION, ROLLING, ROLLING_THEORY, ERRORS, CLAIM],
+    columns: &[SOLUTION, ROLLING, ROLLING_THEORY, WEAR, ERRORS, CLAIM],
     usual_columns: &["seconds", "spread", "iterations", "status"],
     suggestions,
     ..solve::SPEC

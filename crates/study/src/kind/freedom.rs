@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use contact::model::{Control, Dof, Loading, Rolling, Step};
+use contact::model::{Control, Dof, Rolling, Step};
 
 use crate::job::Job;
 
@@ -34,8 +34,8 @@ impl ScenesFreedom {
     /// Returns the freedom that all of some jobs leave.
     pub(super) fn of(jobs: &[Job]) -> Self {
         let mut freedom = Self::default();
-        for loading in jobs.iter().filter_map(|job| Some(&job.case()?.scene.loading)) {
-            let legs = loading.legs();
+        for scene in jobs.iter().filter_map(|job| Some(&job.case()?.scene)) {
+            let legs = scene.loading.legs();
             let Some(end) = legs.last() else { continue };
             freedom.rolls |= end.rolling.is_some();
             for dof in Dof::ALL {
@@ -45,7 +45,7 @@ impl ScenesFreedom {
                     Control::Force(_) => force,
                 };
                 freedom.prescribed.insert(prescribed);
-                if is_moved(loading, dof) && !freedom.moved.contains(&dof) {
+                if (dof == Dof::Approach || scene.moves(dof)) && !freedom.moved.contains(&dof) {
                     freedom.moved.push(dof);
                 }
             }
@@ -82,12 +82,6 @@ impl ScenesFreedom {
         }
         wanted
     }
-}
-
-/// Returns whether a path moves a degree of freedom or prescribes its force.
-fn is_moved(loading: &Loading, dof: Dof) -> bool {
-    let is_mentioned = |step: &Step| step.given()[dof] != [None, None] || step.creeps(dof);
-    dof == Dof::Approach || loading.steps.iter().any(is_mentioned)
 }
 
 /// Returns the columns of a degree of freedom: its motion, which is a creepage where the path ends

@@ -37,19 +37,19 @@ pub(crate) const ROLLING: &[Column] = result_columns! {
 };
 
 /// An increment that rolls.
-struct Roll<'a> {
+struct RolledIncrement<'a> {
     rolling: &'a Rolling,
     end: &'a StepOutcome,
     /// The distance \[m\].
     distance: f64,
 }
 
-impl<'a> Roll<'a> {
+impl<'a> RolledIncrement<'a> {
     /// Returns the increment of a case as one that rolls, if it does.
     fn of(case: &'a Case, end: &'a StepOutcome) -> Option<Self> {
         let rolling = case.scene.loading.steps.get(end.step as usize)?.rolling.as_ref()?;
         let distance = rolling.dq.unwrap_or(end.observables.element_x);
-        Some(Roll { rolling, end, distance })
+        Some(RolledIncrement { rolling, end, distance })
     }
 
     /// Returns the longitudinal creepage: the given one, or that of the motion that a force has
@@ -71,9 +71,14 @@ impl<'a> Roll<'a> {
 }
 
 /// Reads a number from the last increment, if it rolls.
-fn of_roll(case: &Case, outcome: &Outcome, read: fn(&Roll<'_>) -> f64) -> Value {
-    let roll = outcome.last().and_then(|end| Roll::of(case, end));
+fn of_roll(case: &Case, outcome: &Outcome, read: fn(&RolledIncrement<'_>) -> f64) -> Value {
+    let roll = outcome.last().and_then(|end| RolledIncrement::of(case, end));
     roll.map_or(Value::Missing, |roll| Value::Number(read(&roll)))
+}
+
+/// Returns the distance that the last increment rolls \[m\], if it does.
+pub(super) fn last_distance(case: &Case, outcome: &Outcome) -> Option<f64> {
+    outcome.last().and_then(|end| Roll::of(case, end)).map(|roll| roll.distance)
 }
 
 /// Returns the distance that was rolled since the path began, if a step of it rolls so.
@@ -84,7 +89,7 @@ fn rolled_distance(case: &Case, outcome: &Outcome) -> Value {
     }
     // A step's increments are counted, so that its distance comes out as it was given.
     let mut rolled = vec![(0.0, 0.0); case.scene.loading.steps.len()];
-    for roll in outcome.steps.iter().filter_map(|end| Roll::of(case, end)) {
+    for roll in outcome.steps.iter().filter_map(|end| RolledIncrement::of(case, end)) {
         if is_passing(roll.rolling) {
             let (distance, count) = &mut rolled[roll.end.step as usize];
             *distance = roll.distance;

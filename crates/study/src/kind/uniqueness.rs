@@ -43,8 +43,14 @@ fn refuses(key: Key) -> Option<&'static str> {
         Key::Steps | Key::CycleFrom | Key::Cycles => {
             Some("uniqueness does not depend on the loading")
         }
+        Key::WearCoefficient | Key::WearUpdate | Key::WearRepeat => {
+            Some("uniqueness does not depend on wear")
+        }
         Key::DomainWidthX | Key::DomainWidthY | Key::DomainCenterX | Key::DomainCenterY => {
             Some("the flat sole of its punch is Ω")
+        }
+        Key::InteriorMaximum | Key::InteriorDepth | Key::InteriorDepths | Key::InteriorPoints => {
+            Some("no scene is solved whose stresses there would be")
         }
         Key::Ceiling | Key::Method | Key::Tolerance | Key::MaxIterations | Key::Simulate => {
             Some("no scene is solved")
