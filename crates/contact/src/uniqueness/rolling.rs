@@ -17,8 +17,8 @@
 //! contact. The motions that forces govern do no work on d, and need not be unique: where
 //! everything slips, any larger creepage will do.
 //!
-//! In the average projection d·Bd is an integral over all wave vectors k. It has the transform d̂ of
-//! the field d of constant tractions on elements, and the compliance C(k) of the bodies, which is a
+//! In the average projection d·Bd is an integral over all wave vectors k. In it are the transform
+//! d̂ of the field d of constant tractions on elements, and the compliance C(k) of the bodies, a
 //! positive definite matrix because the elastic energy is positive:
 //!
 //! ```text
