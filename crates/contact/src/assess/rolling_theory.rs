@@ -10,8 +10,8 @@ use crate::theory::{CreepForces, LinearCreep, hertz_curvatures, hertz_ellipse, s
 pub struct RollingTheory {
     /// The forces of Kalker's linear theory, in which nothing slips.
     pub linear: CreepForces,
-    /// The forces along x and y \[N\] after Vermeulen and Johnson; `None` with spin, which their law
-    /// does not know.
+    /// The forces along x and y \[N\] after Vermeulen and Johnson; `None` with spin, which their
+    /// law does not know.
     pub vermeulen_johnson: Option<[f64; 2]>,
     /// The forces along x and y \[N\] after Shen, Hedrick and Elkins.
     pub shen_hedrick_elkins: [f64; 2],

@@ -446,9 +446,9 @@ fn coarse_start(
     if usable { start } else { nothing(fine) }
 }
 
-/// Makes the motion of a rolling increment on a coarser grid one on the grid of `fine`. Creepages are
-/// the same on both, while the distances have this `ratio`. A motion that a mirror plane forbids is
-/// none: a coarser grid may have no plane, and rounding in its place.
+/// Makes the motion of a rolling increment on a coarser grid one on the grid of `fine`. The
+/// creepages are the same on both, while the distances have this `ratio`. A motion that a mirror
+/// plane forbids is none: a coarser grid may have no plane, and rounding in its place.
 fn carry_creepages(setup: &PathSetup<'_>, fine: &Problem, motion: &mut PerDof<f64>, ratio: f64) {
     for dof in Dof::TANGENTIAL {
         let moves = |stage: &Stage| {

@@ -37,8 +37,8 @@ impl Carter {
         self.sign * (1.0 - (self.stick_half_width / self.half_width).powi(2))
     }
 
-    /// Returns the creepage, for a punch of the radius R \[m\] and friction μ. Where everything slips
-    /// it is the least one.
+    /// Returns the creepage, for a punch of the radius R \[m\] and friction μ. Where everything
+    /// slips it is the least one.
     pub fn creepage(&self, radius: f64, mu: f64) -> f64 {
         -self.sign * mu * (self.half_width - self.stick_half_width) / radius
     }

@@ -14,7 +14,7 @@ pub struct CreepForces {
 }
 
 /// Kalker's linear theory of an elliptic contact in which nothing slips, without coupling of
-/// pressure and traction. With c = √(ab) and a contact that travels towards +x
+/// pressure and traction. These are its forces with c = √(ab), if the contact travels towards +x.
 ///
 /// ```text
 /// force_x = −Gc² C₁₁ ξ, force_y = −Gc² C₂₂ η − Gc³ C₂₃ φ, moment_z = Gc³ C₂₃ η − Gc⁴ C₃₃ φ.

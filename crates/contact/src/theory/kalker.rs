@@ -98,7 +98,6 @@ fn of_degree(ratio: f64, poisson: f64, degree: usize) -> Option<KalkerCoefficien
     let chords = Chords::new(ratio, poisson, degree);
     let edge: Vec<Vec<f64>> =
         gauss_nodes(degree + 1).into_iter().map(|y| harmonics(degree, y)).collect();
-    let given = Given::new(a, b);
     // The unknowns are the k of both components, degree by degree, and the equations both tractions
     // at the edge.
     let points = degree + 1;
@@ -108,8 +107,9 @@ fn of_degree(ratio: f64, poisson: f64, degree: usize) -> Option<KalkerCoefficien
     for n in 0..=degree {
         // The columns are the tractions of ξ, η and φ, and of a k of 1 along x and along y.
         let mut solved = Mat::<f64>::zeros(2 * (n + 1), 5);
-        for (column, component, order, value) in given.of(n) {
-            solved[(component * (n + 1) + order, column)] = value;
+        for harmonic in prescribed(n, [a, b]) {
+            let row = harmonic.component * (n + 1) + harmonic.order;
+            solved[(row, harmonic.creepage)] = harmonic.value;
         }
         (solved[(0, 3)], solved[(n + 1, 4)]) = (1.0, 1.0);
         cholesky_solve(&cholesky(chords.displacements(n))?, &mut solved);
@@ -151,34 +151,37 @@ fn of_degree(ratio: f64, poisson: f64, degree: usize) -> Option<KalkerCoefficien
     coefficients.c33.is_finite().then_some(coefficients)
 }
 
-/// The displacements that the rolling prescribes, as coefficients of harmonics.
-struct Given {
-    a: f64,
-    b: f64,
+/// A coefficient of a harmonic in the displacements that the rolling prescribes.
+struct PrescribedHarmonic {
+    /// The index of the creepage ξ or η, or the spin φ.
+    creepage: usize,
+    /// The component of the displacement, x or y.
+    component: usize,
+    /// The order, above 0.
+    order: usize,
+    value: f64,
 }
 
-impl Given {
-    fn new(a: f64, b: f64) -> Self {
-        Self { a, b }
-    }
-
-    /// Returns what is prescribed of harmonics of degree `n` and of orders above 0: the motion (ξ,
-    /// η or φ), the component, the order and the value.
-    fn of(&self, n: usize) -> Vec<(usize, usize, usize, f64)> {
-        let Self { a, b } = *self;
-        match n {
-            // X is (4π/3)^½ H₁₁.
-            1 => {
-                let x = a * (4.0 * PI / 3.0).sqrt();
-                vec![(0, 0, 1, x), (1, 1, 1, x)]
-            }
-            // XY is (4π/15)^½ H₂₁, and X² is (4π/15)^½ H₂₂ and a function of Y.
-            2 => {
-                let root = (4.0 * PI / 15.0).sqrt();
-                vec![(2, 0, 1, -a * b * root), (2, 1, 2, 0.5 * a * a * root)]
-            }
-            _ => Vec::new(),
+/// Returns what is prescribed of harmonics of degree `n` under unit creepages and spin.
+fn prescribed(n: usize, [a, b]: [f64; 2]) -> Vec<PrescribedHarmonic> {
+    let harmonic = |creepage, component, order, value| PrescribedHarmonic {
+        creepage,
+        component,
+        order,
+        value,
+    };
+    match n {
+        // X is (4π/3)^½ H₁₁.
+        1 => {
+            let x = a * (4.0 * PI / 3.0).sqrt();
+            vec![harmonic(0, 0, 1, x), harmonic(1, 1, 1, x)]
         }
+        // XY is (4π/15)^½ H₂₁, and X² is (4π/15)^½ H₂₂ and a function of Y.
+        2 => {
+            let root = (4.0 * PI / 15.0).sqrt();
+            vec![harmonic(2, 0, 1, -a * b * root), harmonic(2, 1, 2, 0.5 * a * a * root)]
+        }
+        _ => Vec::new(),
     }
 }
 

@@ -17,9 +17,9 @@
 //! contact. The motions that forces govern do no work on d, and need not be unique: where
 //! everything slips, any larger creepage will do.
 //!
-//! In the average projection d·Bd is an integral over all wave vectors k of the field d of constant
-//! tractions on elements, d̂, and of the compliance C(k) of the bodies, which is a positive definite
-//! matrix because the elastic energy is positive:
+//! In the average projection d·Bd is an integral over all wave vectors k. In it are the transform
+//! d̂ of the field d of constant tractions on elements, and the compliance C(k) of the bodies, a
+//! positive definite matrix because the elastic energy is positive:
 //!
 //! ```text
 //! d·A_tt d = ∫ d̂* C d̂ dk,   d·Bd = ∫ d̂* C d̂ (1 − cos k_x dq) dk.
@@ -52,8 +52,8 @@ pub fn is_proved(scene: &Scene, projection: Projection) -> bool {
 pub struct SymmetricPart {
     /// The number of elements in contact.
     pub elements: usize,
-    /// A number below its smallest eigenvalue, over `largest`. If it is positive and nothing couples
-    /// pressures and tractions, the steady state is unique.
+    /// A number below its smallest eigenvalue, over `largest`. If it is positive and nothing
+    /// couples pressures and tractions, the steady state is unique.
     pub smallest: f64,
     /// A number above its largest eigenvalue, in an arbitrary unit.
     pub largest: f64,
@@ -66,8 +66,8 @@ impl SymmetricPart {
     /// The coefficients are those of the elements, evaluated one by one and not taken from the
     /// operator of a solver. As they are, with their rounding, the bound holds in exact arithmetic:
     /// Cholesky's factor of C is the exact one of a C + E with ‖E‖₂ ≤ 2γ tr C, γ = 4(m + 32)u for a
-    /// matrix of size m (see [`super::lower`]), which is taken off. `None` without contact, or if the
-    /// symmetric part is not positive definite.
+    /// matrix of size m (see [`super::lower`]), which is taken off. `None` without contact, or if
+    /// the symmetric part is not positive definite.
     pub fn of(
         scene: &Scene,
         projection: Projection,
@@ -82,7 +82,7 @@ impl SymmetricPart {
         let (height, step) = (fields.element[1] / unit, distance / unit);
         let reach = (nx as f64 + step).hypot(ny as f64 * height);
         let kernels = relative_bodies(scene, unit).kernels(reach);
-        let at = |di: f64, dj: f64| {
+        let kernel = |di: f64, dj: f64| {
             let Coefficient { xx, xy, yy, .. } =
                 kernels.influence([di, dj], 1.0, height, projection);
             [xx, xy, yy]
@@ -92,7 +92,8 @@ impl SymmetricPart {
             .map(|index| {
                 let di = (index % (2 * nx - 1)) as f64 - (nx as f64 - 1.0);
                 let dj = (index / (2 * nx - 1)) as f64;
-                let [here, ahead, behind] = [at(di, dj), at(di + step, dj), at(di - step, dj)];
+                let [here, ahead, behind] =
+                    [kernel(di, dj), kernel(di + step, dj), kernel(di - step, dj)];
                 std::array::from_fn(|c| here[c] - 0.5 * (ahead[c] + behind[c]))
             })
             .collect();
