@@ -15,9 +15,14 @@ impl Stress {
 
     /// Returns the von Mises stress √(3 J₂).
     pub fn von_mises(&self) -> f64 {
-        let Self { xx, yy, zz, xy, yz, xz } = *self;
+        // Squares of very small and very large stresses are no numbers.
+        let size = self.components().into_iter().fold(0.0_f64, |most, part| most.max(part.abs()));
+        if size == 0.0 || !size.is_finite() {
+            return size;
+        }
+        let [xx, yy, zz, xy, yz, xz] = self.components().map(|part| part / size);
         let normal = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
-        (0.5 * normal + 3.0 * (xy * xy + yz * yz + xz * xz)).sqrt()
+        size * (0.5 * normal + 3.0 * (xy * xy + yz * yz + xz * xz)).sqrt()
     }
 
     /// Returns the principal stresses, the largest first, by Jacobi's rotations.
@@ -73,6 +78,8 @@ mod tests {
         assert_eq!(pulled.principal(), [2.0, 0.0, 0.0]);
         let sheared = Stress { xz: -1.5, ..Stress::default() };
         assert_eq!((sheared.von_mises(), sheared.tresca()), (1.5 * 3.0_f64.sqrt(), 3.0));
+        let faint = Stress { yy: 2e-300, ..Stress::default() };
+        assert_eq!(faint.von_mises(), 2e-300);
         let pressed = Stress { xx: -7.0, yy: -7.0, zz: -7.0, ..Stress::default() };
         assert_eq!((pressed.von_mises(), pressed.tresca()), (0.0, 0.0));
     }

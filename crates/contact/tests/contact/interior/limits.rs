@@ -40,6 +40,7 @@ fn stresses_at_the_limits_are_numbers() {
     rigid.foundation.base = Base::Rigid;
     let mut slender = sphere(1.0, 1.0, 0.3, 0.3);
     slender.punch.shape = Shape::Ellipsoid { radius_x: 1.0, radius_y: 1e6 };
+    let mut faults = Vec::new();
     for (name, scene, mesh) in [
         ("incompressible", sphere(1.0, 1.0, 0.5, 0.3), Mesh::Across(16)),
         ("slippery", sphere(1.0, 1.0, 0.0, 1e-12), Mesh::Across(16)),
@@ -73,9 +74,11 @@ fn stresses_at_the_limits_are_numbers() {
         assert!(planes.into_iter().all(f64::is_finite), "{name}: {:?}", answer.planes);
         // A coating 1e6 times as stiff spreads the load over a hundred thicknesses.
         let allowed = if name == "stiff coating" { 1e-3 } else { 1e-7 };
-        assert!(answer.residual < allowed, "{name}: {:e}", answer.residual);
-        println!("{name}: {largest:.4e}, residual {:.1e}", answer.residual);
+        if answer.residual >= allowed {
+            faults.push(format!("{name}: a residual of {:e}", answer.residual));
+        }
     }
+    assert!(faults.is_empty(), "{faults:?}");
 }
 
 /// Prints what planes, points and searches take, beside one application of the operator.
