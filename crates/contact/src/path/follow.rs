@@ -264,7 +264,7 @@ impl Path {
             &setup.stages,
             &Conditions { controls: &controls, start: &self.start, rule },
         );
-        let Increment { status, mut outcome, fields, left } = certify_increment(
+        let Increment { status, mut outcome, fields, left, w } = certify_increment(
             &self.problem,
             Certifying { elastic: &self.operator, steady: steady.as_ref() },
             &iterate,
@@ -277,7 +277,10 @@ impl Path {
             Departure { motion: outcome.motion, resultants: outcome.observables.resultants() };
         self.steps.push(outcome);
         self.fields = fields;
-        self.start = Start { p: iterate.p, motion: iterate.motion };
+        // Where the contact rolls on, the elements are for the most part in the states they were in.
+        let next = setup.increments.get(self.steps.len());
+        let w = next.is_some_and(|next| next.leg.rolling.is_some()).then_some(w);
+        self.start = Start { p: iterate.p, motion: iterate.motion, w };
         if roll.is_some() {
             self.count_anew();
         }
@@ -364,7 +367,7 @@ const COARSEST: u32 = 12;
 
 /// Returns a start without tractions and motions.
 fn nothing(problem: &Problem) -> Start {
-    Start { p: vec![0.0; problem.f.len()], motion: PerDof::all(0.0) }
+    Start::new(vec![0.0; problem.f.len()], PerDof::all(0.0))
 }
 
 /// Returns a start for the first increment, found on grids of half as many elements each way, from
@@ -387,10 +390,8 @@ fn coarse_start(
         return nothing(fine);
     };
     let usable = coarse.steps.iter().all(|step| step.certificate.meets(START_TOLERANCE));
-    let start = Start {
-        p: coarse.problem.grid.sample(&coarse.start.p, &fine.grid),
-        motion: coarse.start.motion,
-    };
+    let start =
+        Start::new(coarse.problem.grid.sample(&coarse.start.p, &fine.grid), coarse.start.motion);
     ladder.push(coarse);
     if usable { start } else { nothing(fine) }
 }

@@ -74,10 +74,9 @@ fn staged(
                 stage_controls[dof] = Control::Motion(total.motion[dof]);
             }
         }
-        let stage_start = Start {
-            p: problem.part(reduced.components, reduced.mirror, &start.p),
-            motion: total.motion,
-        };
+        let part = |field: &Vec<f64>| problem.part(reduced.components, reduced.mirror, field);
+        let stage_start =
+            Start { p: part(&start.p), motion: total.motion, w: start.w.as_ref().map(part) };
         let conditions = Conditions { controls: &stage_controls, start: &stage_start, rule };
         let solved = newton::solve(&mut reduced, &operator, &conditions);
         total.iterations += solved.iterations;
@@ -120,7 +119,7 @@ fn prescribed(
         if swept.stop == Stop::Converged {
             return Iterate { motion: start.motion, route: Route::NewtonAndSeidel, ..swept };
         }
-        let swept_start = Start { p: swept.p.clone(), motion: start.motion };
+        let swept_start = Start::new(swept.p.clone(), start.motion);
         let conditions = Conditions { controls: &controls, start: &swept_start, rule };
         let tried = newton::solve(problem, operator, &conditions);
         iterate = Iterate { route: Route::NewtonAndSeidel, ..adding_work(&swept, tried) };
