@@ -9,6 +9,7 @@ use identity::{JobKey, STORED_LIMIT};
 use runner::{Done, Verdict};
 use store::Store;
 use study::job::PHYSICS_VERSION;
+use study::record_format::decode_ending;
 use study::{Ending, Provenance, Record, RunAccount};
 
 use crate::exporting::Exporter;
@@ -62,7 +63,10 @@ impl<'a> StoreLedger<'a> {
             Verdict::Completed(bytes) => match decode_reply(&bytes)? {
                 JobReply::Ended { ending, fields, times } => {
                     job_times = times;
-                    (*ending, fields.map(|fields| self.store.blobs().keep(&fields)).transpose()?)
+                    (
+                        decode_ending(&ending)?,
+                        fields.map(|fields| self.store.blobs().keep(&fields)).transpose()?,
+                    )
                 }
                 JobReply::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
             },
@@ -124,6 +128,7 @@ mod tests {
     use contact::uniqueness::witness::Witness;
     use runner::Ledger;
     use study::record::Bracketed;
+    use study::record_format::encode_ending;
 
     use super::*;
 
@@ -156,6 +161,7 @@ mod tests {
             slip_x: list.clone(),
             slip_y: list,
             state: vec![1; (side * side) as usize],
+            ..Fields::default()
         };
         let solution = Solution {
             motion: Motion::default(),
@@ -192,11 +198,8 @@ mod tests {
             (0..).zip(&endings).map(|(number, _)| JobKey([number; 32])).collect();
         let texts = keys.iter().map(|key| (*key, key.to_string())).collect();
         let done = keys.iter().zip(&endings).map(|(key, ending)| {
-            let reply = JobReply::Ended {
-                ending: Box::new(ending.clone()),
-                fields: None,
-                times: Vec::new(),
-            };
+            let reply =
+                JobReply::Ended { ending: encode_ending(ending), fields: None, times: Vec::new() };
             let bytes = bincode::serde::encode_to_vec(&reply, bincode::config::standard()).unwrap();
             Done {
                 key: *key,

@@ -5,9 +5,9 @@ use anyhow::{Context, Result};
 use contact::model::{Outcome, Shape};
 use contact::punch::Surfaces;
 use serde::{Deserialize, Serialize};
+use study::Job;
 use study::profile::{decode_profile, encode_profile};
 use study::surface::{decode_surface, encode_surface};
-use study::{Ending, Job};
 
 /// A job on its way to a worker: its canonical text and the surfaces that it names, encoded.
 #[derive(Serialize, Deserialize)]
@@ -29,8 +29,8 @@ pub(crate) struct OrderedJob {
 pub(crate) enum JobReply {
     /// The job has ended.
     Ended {
-        /// The ending.
-        ending: Box<Ending>,
+        /// The bytes of the ending.
+        ending: Vec<u8>,
         /// The bytes of the fields, if the job leaves some beside its ending.
         fields: Option<Vec<u8>>,
         /// The time that each repetition took, for a job that is timed \[s\].

@@ -4,7 +4,7 @@ use answers::{Performed, perform};
 use anyhow::Result;
 use contact::Operators;
 use runner::{WorkerArguments, work};
-use study::record_format::encode_fields;
+use study::record_format::{encode_ending, encode_fields};
 
 use crate::output::Finish;
 use crate::threads::share_among;
@@ -21,7 +21,7 @@ impl JobWorker {
         let OrderedJob { job, surfaces } = decode_order(payload)?;
         let Performed { ending, fields, times } = perform(&job, &surfaces, &mut self.operators)?;
         Ok(JobReply::Ended {
-            ending: Box::new(ending),
+            ending: encode_ending(&ending),
             fields: fields.map(|fields| encode_fields(&fields)),
             times,
         })

@@ -11,11 +11,13 @@
 //! - `scene`: the bodies, the friction between them and Ω ([`Scene`]);
 //! - `effect`: the closed list of effects ([`Effect`]);
 //! - `numerics`: the mesh, the method and its tolerance ([`Numerics`]);
+//! - `further`: the results that only some scenes ask for ([`Further`]);
 //! - `outcome`: the figures, the fields and the certificate of a solution ([`Outcome`],
 //!   [`Fields`]).
 
 mod effect;
 mod error;
+mod further;
 mod loading;
 mod numerics;
 mod outcome;
@@ -26,6 +28,7 @@ mod scene;
 pub use effect::Effect;
 pub use error::SceneError;
 pub(crate) use error::refuse;
+pub use further::{Further, FurtherFields, Interior, Wear};
 pub use loading::{Leg, Loading, Step};
 pub use numerics::{ChosenMethod, Mesh, Method, Numerics, Projection};
 pub use outcome::{

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use contact::model::{Outcome, Status};
+use contact::model::{Further, Outcome, Status};
 use contact::multiplicity::Multiplicity;
 use contact::uniqueness::Bracket;
 use contact::uniqueness::witness::Shown;
@@ -40,6 +40,23 @@ impl Ending {
             Ending::Searched(found) => Some(&found.status),
             Ending::Bracketed(found) => Some(&found.status),
             Ending::Quarantined { .. } => None,
+        }
+    }
+
+    /// Returns the results that only some scenes ask for; none for other endings.
+    pub(crate) fn further(&self) -> Further {
+        match self {
+            Ending::Finished(outcome) => outcome.further.clone(),
+            Ending::Searched(_) | Ending::Bracketed(_) | Ending::Quarantined { .. } => {
+                Further::default()
+            }
+        }
+    }
+
+    /// Takes in the results that only some scenes ask for, which are stored apart.
+    pub(crate) fn take_further(&mut self, further: Further) {
+        if let Ending::Finished(outcome) = self {
+            outcome.further = further;
         }
     }
 
@@ -175,6 +192,7 @@ impl Record {
             estimate: None,
             hertz: None,
             rail: None,
+            further: Further::default(),
         };
         let mut partial = Record {
             physics,
@@ -187,8 +205,10 @@ impl Record {
             let Ending::Finished(path) = &mut partial.ending else { return };
             path.steps.push(*step);
             if index + 1 == outcome.steps.len() {
-                (path.status, path.estimate, path.hertz, path.rail) =
-                    (outcome.status.clone(), outcome.estimate, outcome.hertz, outcome.rail);
+                path.status = outcome.status.clone();
+                (path.estimate, path.hertz, path.rail) =
+                    (outcome.estimate, outcome.hertz, outcome.rail);
+                path.further = outcome.further.clone();
             }
             visit(&partial);
         }
@@ -341,6 +361,7 @@ pub(crate) mod tests {
             estimate: Some(estimate),
             hertz: Some(hertz),
             rail: Some(rail),
+            further: Further::default(),
         }
     }
 
@@ -401,6 +422,7 @@ pub(crate) mod tests {
             slip_x: list(5.0),
             slip_y: list(6.0),
             state: vec![0, 1, 2, 3, 1, 0],
+            ..Fields::default()
         }
     }
 }

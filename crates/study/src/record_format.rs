@@ -2,14 +2,16 @@
 //!
 //! A record is `[version, deterministic part, provenance]`. The same job gives the same
 //! deterministic part on any number of workers ([`Record::result_bytes`]). The provenance names the
-//! worker, the time and the speed of the computation.
+//! worker, the time and the speed of the computation. What a scene has further asked for
+//! ([`Further`]) stands between the two, in a format of its own: the bytes of other records and
+//! fields are those of the program before.
 
 use serde::Deserialize;
 
-use contact::model::Fields;
+use contact::model::{Fields, Further, FurtherFields};
 use identity::KeptFields;
 
-use crate::encoding::{BLOB_LIMIT, DecodeError, decode, decode_as, encode, encode_as};
+use crate::encoding::{BLOB_LIMIT, DecodeError, VERSION, decode, decode_as, encode, encode_as};
 use crate::job::PHYSICS_VERSION;
 use crate::provenance::{OlderProvenance, Provenance};
 use crate::record::{Ending, Record};
@@ -18,6 +20,9 @@ use crate::record::{Ending, Record};
 /// only, 4 no account of the run.
 const RECORD_VERSION: u8 = 5;
 
+/// The format of records with further results, which is otherwise the same.
+const WITH_FURTHER: u8 = 6;
+
 /// The format before, which is read as well. The deterministic part has not changed since.
 const WITHOUT_RUN: u8 = 4;
 
@@ -25,7 +30,13 @@ const WITHOUT_RUN: u8 = 4;
 const ONLY_DIGESTS: u8 = 3;
 
 /// The formats of records that are read.
-const RECORD_VERSIONS: &[u8] = &[ONLY_DIGESTS, WITHOUT_RUN, RECORD_VERSION];
+const RECORD_VERSIONS: &[u8] = &[ONLY_DIGESTS, WITHOUT_RUN, RECORD_VERSION, WITH_FURTHER];
+
+/// The format of fields with further ones beside them.
+const FIELDS_WITH_FURTHER: u8 = 2;
+
+/// The formats of fields that are read.
+const FIELDS_VERSIONS: &[u8] = &[VERSION, FIELDS_WITH_FURTHER];
 
 /// The longest text or list in a record that is believed \[bytes\]; a corrupt length must not
 /// allocate.
@@ -44,14 +55,20 @@ impl Record {
     /// Returns the bytes of the deterministic part, which are equal for the same job whoever
     /// computed it. They begin with the format since which they have not changed.
     pub fn result_bytes(&self) -> Vec<u8> {
-        encode_as(WITHOUT_RUN, &(self.physics, &self.job, &self.ending, &self.fields))
+        let result = (self.physics, &self.job, &self.ending, &self.fields);
+        let further = self.ending.further();
+        if further.is_empty() {
+            encode_as(WITHOUT_RUN, &result)
+        } else {
+            encode_as(WITH_FURTHER, &(result, further))
+        }
     }
 
     /// Returns the bytes of the record: the format, what follows it in
     /// [`result_bytes`](Record::result_bytes), then the provenance.
     pub fn encode(&self) -> Vec<u8> {
         let mut bytes = self.result_bytes();
-        bytes[0] = RECORD_VERSION;
+        bytes[0] = bytes[0].max(RECORD_VERSION);
         bytes.extend_from_slice(encode(&self.provenance).get(1..).unwrap_or_default());
         bytes
     }
@@ -64,6 +81,7 @@ impl Record {
     /// grid.
     pub fn decode(bytes: &[u8]) -> Result<Record, DecodeError> {
         const ITEM: &str = "the record";
+        let mut further = Further::default();
         let (result, provenance) = match bytes.first() {
             Some(&ONLY_DIGESTS) => {
                 let (result, older) = decode_as::<
@@ -79,9 +97,16 @@ impl Record {
                     decode_as::<(_, OlderProvenance), RECORD_LIMIT>(RECORD_VERSIONS, ITEM, bytes)?;
                 (result, Provenance::from(older))
             }
+            Some(&WITH_FURTHER) => {
+                let (result, found, provenance) =
+                    decode_as::<_, RECORD_LIMIT>(RECORD_VERSIONS, ITEM, bytes)?;
+                further = found;
+                (result, provenance)
+            }
             _ => decode_as::<_, RECORD_LIMIT>(RECORD_VERSIONS, ITEM, bytes)?,
         };
-        let StoredResult { physics, job, ending, fields } = result;
+        let StoredResult { physics, job, mut ending, fields } = result;
+        ending.take_further(further);
         if let Ending::Searched(found) = &ending {
             let count = found.solutions.len();
             for solution in &found.solutions {
@@ -107,9 +132,30 @@ pub fn job_text(bytes: &[u8]) -> Option<&str> {
     (physics == PHYSICS_VERSION).then_some(job)
 }
 
+/// Returns the bytes of an ending with all that its outcome has.
+pub fn encode_ending(ending: &Ending) -> Vec<u8> {
+    encode(&(ending, ending.further()))
+}
+
+/// Reads the bytes that [`encode_ending`] wrote.
+///
+/// # Errors
+///
+/// Returns an error if the bytes do not decode.
+pub fn decode_ending(bytes: &[u8]) -> Result<Ending, DecodeError> {
+    let (mut ending, further): (Ending, Further) =
+        decode::<_, BLOB_LIMIT>("the ending of a job", bytes)?;
+    ending.take_further(further);
+    Ok(ending)
+}
+
 /// Returns the bytes of fields.
 pub fn encode_fields(fields: &Fields) -> Vec<u8> {
-    encode(fields)
+    if fields.further.is_empty() {
+        encode(fields)
+    } else {
+        encode_as(FIELDS_WITH_FURTHER, &(fields, &fields.further))
+    }
 }
 
 /// Reads the bytes that [`encode_fields`] wrote.
@@ -119,7 +165,13 @@ pub fn encode_fields(fields: &Fields) -> Vec<u8> {
 /// Returns an error if the bytes do not decode, or if a list has not one value for each element.
 pub fn decode_fields(bytes: &[u8]) -> Result<Fields, DecodeError> {
     const ITEM: &str = "the field file";
-    let fields: Fields = decode::<_, BLOB_LIMIT>(ITEM, bytes)?;
+    let fields: Fields = if bytes.first() == Some(&FIELDS_WITH_FURTHER) {
+        let (fields, further): (Fields, FurtherFields) =
+            decode_as::<_, BLOB_LIMIT>(FIELDS_VERSIONS, ITEM, bytes)?;
+        Fields { further, ..fields }
+    } else {
+        decode_as::<_, BLOB_LIMIT>(FIELDS_VERSIONS, ITEM, bytes)?
+    };
     match misfit_of(&fields) {
         Some(reason) => Err(DecodeError::Malformed { item: ITEM, reason }),
         None => Ok(fields),
@@ -137,7 +189,9 @@ fn misfit_of(fields: &Fields) -> Option<String> {
         &fields.slip_x,
         &fields.slip_y,
     ];
-    let lengths = lists.iter().map(|list| list.len()).chain([fields.state.len()]);
+    let further = [&fields.further.wear_depth].into_iter().filter(|list| !list.is_empty());
+    let lengths = lists.into_iter().chain(further).map(|list| list.len());
+    let lengths = lengths.chain([fields.state.len()]);
     let length = lengths.into_iter().find(|length| *length as u64 != nx.saturating_mul(ny))?;
     Some(format!("{length} values on {nx} × {ny} elements"))
 }
@@ -146,19 +200,34 @@ fn misfit_of(fields: &Fields) -> Option<String> {
 mod tests {
     use proptest::prelude::*;
 
+    use contact::model::Wear;
     use contact::multiplicity::{Multiplicity, Solution};
 
     use super::*;
-    use crate::encoding::VERSION;
     use crate::record::tests::{failed, fields, quarantined, searched, solved};
 
     #[test]
     fn round_trip() {
-        for record in [solved(), failed(), quarantined(), searched()] {
+        for record in [solved(), failed(), quarantined(), searched(), worn()] {
             assert_eq!(Record::decode(&record.encode()), Ok(record.clone()));
             assert_eq!(record.key(), record.parse_job().unwrap().key());
         }
-        assert_eq!(decode_fields(&encode_fields(&fields())), Ok(fields()));
+        for fields in [fields(), worn_fields()] {
+            assert_eq!(decode_fields(&encode_fields(&fields)), Ok(fields));
+        }
+        assert_eq!(decode_ending(&encode_ending(&worn().ending)), Ok(worn().ending));
+    }
+
+    /// Returns a record with results that only some scenes ask for.
+    fn worn() -> Record {
+        let mut record = solved();
+        let wear = Wear { depth: 91.0, volume: 92.0 };
+        record.ending.take_further(Further { wear: Some(wear), ..Further::default() });
+        record
+    }
+
+    fn worn_fields() -> Fields {
+        Fields { further: FurtherFields { wear_depth: vec![7.0; 6] }, ..fields() }
     }
 
     #[test]
@@ -216,6 +285,8 @@ mod tests {
         insta::assert_snapshot!("record_quarantined", hexadecimal(&quarantined().encode()));
         insta::assert_snapshot!("record_searched", hexadecimal(&searched().encode()));
         insta::assert_snapshot!("fields", hexadecimal(&encode_fields(&fields())));
+        insta::assert_snapshot!("record_worn", hexadecimal(&worn().encode()));
+        insta::assert_snapshot!("fields_worn", hexadecimal(&encode_fields(&worn_fields())));
     }
 
     fn hexadecimal(bytes: &[u8]) -> String {
@@ -229,11 +300,11 @@ mod tests {
         assert_eq!(message(&[]), "the record is empty");
         assert_eq!(
             message(&[9, 1]),
-            "the record has format 9, this program reads formats 3, 4 and 5"
+            "the record has format 9, this program reads formats 3, 4, 5 and 6"
         );
         assert_eq!(
             message(&[1, 1]),
-            "the record has format 1, this program reads formats 3, 4 and 5"
+            "the record has format 1, this program reads formats 3, 4, 5 and 6"
         );
         let mut long = solved().encode();
         long.push(0);
@@ -247,6 +318,9 @@ mod tests {
             decode_fields(&encode_fields(&short)).unwrap_err().to_string(),
             "the field file does not decode: 5 values on 3 × 2 elements"
         );
+        let mut half_worn = worn_fields();
+        half_worn.further.wear_depth.pop();
+        assert!(decode_fields(&encode_fields(&half_worn)).is_err());
         short.shape = [u32::MAX; 2];
         assert!(decode_fields(&encode_fields(&short)).is_err());
         let ragged = |change: fn(&mut Solution)| {
@@ -267,24 +341,26 @@ mod tests {
 
     #[test]
     fn every_shorter_record_is_refused() {
-        let bytes = solved().encode();
-        assert!((0..bytes.len()).all(|length| Record::decode(&bytes[..length]).is_err()));
-        let bytes = encode_fields(&fields());
-        assert!((0..bytes.len()).all(|length| decode_fields(&bytes[..length]).is_err()));
+        for bytes in [solved().encode(), worn().encode()] {
+            assert!((0..bytes.len()).all(|length| Record::decode(&bytes[..length]).is_err()));
+        }
+        for bytes in [encode_fields(&fields()), encode_fields(&worn_fields())] {
+            assert!((0..bytes.len()).all(|length| decode_fields(&bytes[..length]).is_err()));
+        }
     }
 
     proptest! {
         #[test]
         fn arbitrary_bytes_never_panic(
             mut bytes in proptest::collection::vec(any::<u8>(), 0..400),
-            versioned: bool,
+            version in prop::sample::select(vec![None, Some(0), Some(1)]),
         ) {
-            if let (Some(first), true) = (bytes.first_mut(), versioned) {
-                *first = RECORD_VERSION;
+            if let (Some(first), Some(version)) = (bytes.first_mut(), version) {
+                *first = [RECORD_VERSION, WITH_FURTHER][version];
             }
-            let _ = Record::decode(&bytes);
-            if let (Some(first), true) = (bytes.first_mut(), versioned) {
-                *first = VERSION;
+            let _ = (Record::decode(&bytes), decode_ending(&bytes));
+            if let (Some(first), Some(version)) = (bytes.first_mut(), version) {
+                *first = [VERSION, FIELDS_WITH_FURTHER][version];
             }
             let _ = decode_fields(&bytes);
         }
@@ -293,9 +369,10 @@ mod tests {
         fn flipped_bits_never_panic(
             at in any::<prop::sample::Index>(),
             bit in 0u8..8,
-            which in 0usize..4,
+            which in 0usize..5,
         ) {
-            let mut bytes = [solved(), failed(), quarantined(), searched()][which].encode();
+            let mut bytes =
+                [solved(), failed(), quarantined(), searched(), worn()][which].encode();
             let at = at.index(bytes.len());
             bytes[at] ^= 1 << bit;
             if let Ok(record) = Record::decode(&bytes) {

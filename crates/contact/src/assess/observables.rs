@@ -190,5 +190,6 @@ pub(crate) fn fields(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) 
         slip_x: block(w, 1, length),
         slip_y: block(w, 2, length),
         state: states.iter().map(|state| *state as u8).collect(),
+        ..Fields::default()
     }
 }

@@ -1,10 +1,12 @@
 //! The result of a solve: observables, a certificate, the work done, the fields, and the status.
 //!
 //! Everything here must stay encodable by formats that do not describe themselves (no flattened,
-//! tagged or skipped fields).
+//! tagged or skipped fields), but for what is further asked for, which is encoded apart from the
+//! rest.
 
 use serde::{Deserialize, Serialize};
 
+use super::further::{Further, FurtherFields};
 use super::rigid::{Motion, PerDof};
 
 /// The end of a solve.
@@ -41,6 +43,9 @@ pub struct Outcome {
     /// than four elements along a side, and if the grid of half as many elements along x and y is
     /// refused or the method fails on it.
     pub estimate: Option<Estimate>,
+    /// The results that only this scene asks for; they are stored apart.
+    #[serde(skip)]
+    pub further: Further,
 }
 
 impl Outcome {
@@ -256,7 +261,8 @@ impl Observables {
 pub struct Certificate {
     /// The natural-map residual ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖ with E = 1/(ε + diagonal entry
     /// of A). One E is for the normal direction and one, from the larger entry, for the tangential
-    /// ones; in steady rolling the latter is from the largest tangential coefficient of its operator.
+    /// ones; in steady rolling the latter is from the largest tangential coefficient of its
+    /// operator.
     pub residual: f64,
     /// The tension −min(p₁, 0) / max |p₁|, which is 0 if there is none.
     pub tension: f64,
@@ -317,6 +323,9 @@ pub struct Fields {
     pub slip_y: Vec<f64>,
     /// The [`State`] of each element: 0 outside the sole, 1 open, 2 stick, 3 slip.
     pub state: Vec<u8>,
+    /// The fields that only this scene asks for; they are stored apart.
+    #[serde(skip)]
+    pub further: FurtherFields,
 }
 
 impl Fields {

@@ -9,8 +9,9 @@ use crate::common::Cancellation;
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
 use crate::model::{
-    Dof, Effect, Estimate, Fields, Hertz, Leg, Level, Mesh, Method, Motion, Numerics, Outcome,
-    PerDof, RailContact, RollingDirection, Scene, SceneError, Status, StepOutcome, WorkDone,
+    Dof, Effect, Estimate, Fields, Further, Hertz, Leg, Level, Mesh, Method, Motion, Numerics,
+    Outcome, PerDof, RailContact, RollingDirection, Scene, SceneError, Status, StepOutcome,
+    WorkDone,
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
 use crate::punch::{Gap, PlacedWheel, Surfaces};
@@ -120,7 +121,9 @@ fn follow(
     );
     let mut levels: Vec<Level> = ladder.iter().map(Path::level).collect();
     levels.sort_by_key(|level| level.elements.map(u64::from).iter().product::<u64>());
-    Ok((Outcome { status, levels, steps: path.steps, hertz, rail, estimate }, path.fields))
+    let further = Further::default();
+    let outcome = Outcome { status, levels, steps: path.steps, hertz, rail, estimate, further };
+    Ok((outcome, path.fields))
 }
 
 /// The data that the solutions on all grids have in common.
