@@ -4,9 +4,9 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use crate::foundation::relative_bodies;
-use crate::model::{Effect, Leg, Method, Numerics, Scene, SceneError, Shape, refuse};
+use crate::model::{Effect, Method, Numerics, RollingDirection, Scene, SceneError, Shape, refuse};
 use crate::multiplicity::{Multiplicity, Search};
-use crate::problem::{Effects, Layout};
+use crate::problem::{Effects, Layout, check_distances};
 use crate::punch::{Surfaces, domain};
 use crate::uniqueness::{Question, WitnessSearch, lower};
 
@@ -41,6 +41,7 @@ pub fn forecast(
     let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?);
     let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;
+    check_distances(scene, layout.element[0] * layout.half_diameter)?;
     let elements = layout.nx as f64 * layout.ny as f64;
 
     let mut hasher = DefaultHasher::new();
@@ -57,6 +58,16 @@ pub fn forecast(
         }
     };
     sole.hash(&mut hasher);
+    // Each distance that is rolled has an operator of its own.
+    let legs = scene.loading.legs();
+    let mut rolled: Vec<(Option<u64>, RollingDirection)> = Vec::new();
+    for rolling in legs.iter().filter_map(|leg| leg.rolling) {
+        let distance = (rolling.dq.map(f64::to_bits), rolling.direction);
+        if !rolled.contains(&distance) {
+            rolled.push(distance);
+            (distance.0, rolling.direction == RollingDirection::Forward).hash(&mut hasher);
+        }
+    }
 
     let effects = Effects::of(scene, numerics, [layout.nx, layout.ny], surfaces)?;
     let increments = scene.loading.increments() as f64;
@@ -67,6 +78,7 @@ pub fn forecast(
             effects.stages(scene).iter().map(|stage| stage.unknowns([layout.nx, layout.ny])).sum()
         }
     };
+    let rolled = if effects.has(Effect::Rolling) { rolled.len() as f64 } else { 0.0 };
     let assembly = if bodies.layers.is_some() { 0.02 + 2e-6 * elements } else { 4e-7 * elements };
     let seconds = match method {
         // There are 3 ns per pair of a receiver and a source in contact, and about
@@ -83,6 +95,11 @@ pub fn forecast(
         // each unknown (measured on spheres up to 256² and on a wheel up to 160 × 206).
         Method::Newton | Method::Auto => 42.0 * 1e-7 * unknowns as f64,
     };
+    // Steady rolling takes more applications, which grow like the fifth root of the elements
+    // across, of an operator without symmetry (measured on spheres from 64² to 512²).
+    let steady = 1.7 * (elements / 4096.0).powf(0.1).max(1.0);
+    let steady_legs = legs.iter().filter(|leg| leg.is_steady() && rolled > 0.0).count() as f64;
+    let increments = increments + (steady - 1.0) * steady_legs;
     // To place a wheel on its rail takes as long as some thousand elements take to solve.
     let set_up = match scene.punch.shape {
         Shape::WheelOnRail(_) => 8e-3 + 3e-7 * elements,
@@ -91,10 +108,11 @@ pub fn forecast(
     // The memory holds table and symbols of the certificate's operator and of the solver's, a dozen
     // whole fields, and forty Krylov vectors.
     let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);
-    // Steady rolling has a second table, and symbols without symmetry for both operators.
-    let is_steady = scene.loading.legs().iter().any(Leg::is_steady);
+    // Each distance that is rolled has a table, and symbols without symmetry; in steady rolling
+    // the solver's operator has such symbols too.
     let memory = memory
-        + if is_steady { 8.0 * ((16.0 + 72.0) * elements + 24.0 * unknowns as f64) } else { 0.0 };
+        + 8.0 * (16.0 + 72.0) * elements * rolled
+        + if steady_legs > 0.0 { 8.0 * 24.0 * unknowns as f64 } else { 0.0 };
     // A height map holds a height and four numbers for the slopes of each pixel, and a search for
     // its highest point two more.
     let pixels = match &scene.punch.shape {
@@ -104,7 +122,7 @@ pub fn forecast(
         _ => 0,
     };
     let memory = memory + 56.0 * pixels as f64;
-    let seconds = set_up + assembly + seconds * increments + 1e-4;
+    let seconds = set_up + assembly * (1.0 + 2.0 * rolled) + seconds * increments + 1e-4;
     Ok(Forecast {
         elements: [layout.nx, layout.ny],
         unknowns,

@@ -162,6 +162,11 @@ pub fn sources(subject: CitedSubject) -> Sources {
         CitedSubject::Effect(Effect::LoadControl) => {
             derived("the motions that forces govern as unknowns beside the tractions")
         }
+        CitedSubject::Effect(Effect::Rolling) => Sources {
+            works: &[&KALKER],
+            derived: "the operator of what is steady, evaluated between elements, and its \
+                      preconditioner, which sums tractions from the leading edge",
+        },
         CitedSubject::MirrorPlanes => works(&[&MAKHOUL]),
         CitedSubject::HeightMap => works(&[&AKIMA_ROW, &AKIMA_SURFACE]),
         CitedSubject::Profiles => works(&[&REINSCH]),
@@ -204,6 +209,18 @@ const JOHNSON: CitedWork = CitedWork {
     pages: "",
     year: Some(1985),
     doi: None,
+};
+
+const KALKER: CitedWork = CitedWork {
+    key: "kalker1990",
+    form: WorkForm::Book,
+    authors: &["Kalker, J. J."],
+    title: "Three-Dimensional Elastic Bodies in Rolling Contact",
+    published_in: "Kluwer Academic Publishers",
+    volume: "",
+    pages: "",
+    year: Some(1990),
+    doi: Some("10.1007/978-94-015-7889-9"),
 };
 
 const CHRISTENSEN: CitedWork = CitedWork {

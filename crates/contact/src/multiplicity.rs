@@ -68,9 +68,10 @@ pub fn search(
     search: &Search,
 ) -> Result<Multiplicity, SceneError> {
     search.validate()?;
-    if let Some(step) = scene.loading.steps.iter().position(|step| step.rolling.is_some()) {
+    if let Some(leg) = scene.loading.legs().iter().find(|leg| leg.rolling.is_some()) {
+        let key = if leg.is_steady() { "steady" } else { "distance" };
         return Err(refuse(
-            &format!("loading.steps[{step}].rolling"),
+            &format!("loading.steps[{}].{key}", leg.step),
             "given",
             "cannot stand in a path whose solutions are searched for",
         ));

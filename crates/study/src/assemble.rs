@@ -1,5 +1,7 @@
 //! Assembles the scene and the numerics that a sheet describes.
 
+mod rolling;
+
 use contact::model::{
     Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
     Projection, Punch, Scene, SceneError, Shape, Side, Step, WheelRail,
@@ -14,6 +16,7 @@ use crate::sheet::{
 };
 use crate::surface::MapExtent;
 use crate::units::{Compact, LengthUnit};
+use rolling::RollingWay;
 
 /// Returns the keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
 fn needed(shape: &str) -> &'static [Key] {
@@ -187,6 +190,7 @@ impl<'a> Assembler<'a> {
     }
 
     fn step(&mut self, i: u32) -> Step {
+        let RollingWay { rolling, increments } = self.rolling(i);
         let number = |key| self.sheet.number(key);
         let step = Step {
             approach: number(Key::Approach(i)),
@@ -201,8 +205,8 @@ impl<'a> Assembler<'a> {
             moment_y: number(Key::MomentY(i)),
             twist: number(Key::Twist(i)),
             moment_z: number(Key::MomentZ(i)),
-            increments: self.sheet.count(Key::Increments(i)).unwrap_or(1),
-            rolling: None,
+            increments,
+            rolling,
         };
         if i == 0 && step.approach.is_none() && step.normal_force.is_none() {
             let mistake = Mistake::new(

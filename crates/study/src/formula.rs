@@ -114,7 +114,8 @@ impl UnitPowers {
             Dimension::Length => [1.0, 0.0],
             Dimension::Area => [2.0, 0.0],
             Dimension::Pressure => [-2.0, 1.0],
-            Dimension::Force => [0.0, 1.0],
+            Dimension::Force | Dimension::EnergyPerLength => [0.0, 1.0],
+            Dimension::AnglePerLength => [-1.0, 0.0],
             Dimension::Moment | Dimension::Energy => [1.0, 1.0],
         };
         UnitPowers { metre, newton }
@@ -146,6 +147,7 @@ impl UnitPowers {
             Dimension::Pressure,
             Dimension::Force,
             Dimension::Moment,
+            Dimension::AnglePerLength,
         ];
         if let Some(dimension) = named.into_iter().find(|known| self.fits(Self::of(*known))) {
             return dimension.noun().to_owned();

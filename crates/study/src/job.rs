@@ -186,7 +186,8 @@ impl Job {
 impl Case {
     fn validate(&self) -> Result<(), SceneError> {
         self.scene.validate()?;
-        self.numerics.validate()
+        self.numerics.validate()?;
+        self.numerics.suit(&self.scene.loading)
     }
 
     fn normalise(&mut self) {

@@ -5,8 +5,8 @@
 //! Layers and load steps are lists, and a key of one of them carries its index, counted from 0:
 //! `foundation.layers[1].thickness` fills the column `layer1_thickness`, and
 //! `loading.steps[2].shift_x` the column `step2_shift_x`. Most studies have one step, and its keys
-//! do without the index: the motions and the normal force of `steps[0]` fill `approach`,
-//! `normal_force`, `shift_x` … Its tangential forces and moments do not, because `force_x` is a
+//! do without the index: the motions, the normal force and the rolling of `steps[0]` fill
+//! `approach`, `normal_force`, `shift_x`, `creepage_x` … Its tangential forces and moments do not, because `force_x` is a
 //! result.
 
 use std::borrow::Cow;
@@ -70,8 +70,8 @@ macro_rules! keys {
     };
 }
 
-use Dimension::{Angle, Force, Length, Moment, Pressure, Pure};
-use Quantity::{Choice, Count, Effects, LengthUnit, List, Number, Text};
+use Dimension::{Angle, AnglePerLength, Force, Length, Moment, Pressure, Pure};
+use Quantity::{Choice, Count, Effects, Flag, LengthUnit, List, Number, Text};
 
 /// Examples of a layer and a load step.
 const LAYER: &str = "{ youngs_modulus = \"210 GPa\", poisson = 0.3, thickness = \"0.5 mm\" }";
@@ -182,6 +182,22 @@ keys! {
         Number(Moment), "moment about z that is prescribed instead of the twist";
     Increments(i: u32), "scene.loading.steps[i].increments", "step[i]_increments",
         Count, "equal parts in which the step is taken";
+    CreepageX(i: u32), "scene.loading.steps[i].creepage_x", "step[i]_creepage_x",
+        Number(Pure), "longitudinal creepage ξ of a step that rolls, of the foundation against the punch";
+    CreepageY(i: u32), "scene.loading.steps[i].creepage_y", "step[i]_creepage_y",
+        Number(Pure), "lateral creepage η of a step that rolls, of the foundation against the punch";
+    Spin(i: u32), "scene.loading.steps[i].spin", "step[i]_spin",
+        Number(AnglePerLength), "spin φ of a step that rolls, of the foundation against the punch";
+    SpinCenter(i: u32), "scene.loading.steps[i].spin_center", "step[i]_spin_center",
+        Number(Length), "x about which the spin turns";
+    Direction(i: u32), "scene.loading.steps[i].direction", "step[i]_direction",
+        Choice(&["forward", "backward"]), "way that a contact rolls, towards +x or −x";
+    Distance(i: u32), "scene.loading.steps[i].distance", "step[i]_distance",
+        Number(Length), "distance that a step rolls from the state before it";
+    Dq(i: u32), "scene.loading.steps[i].dq", "step[i]_dq",
+        Number(Length), "distance that the contact rolls in an increment";
+    Steady(i: u32), "scene.loading.steps[i].steady", "step[i]_steady",
+        Flag, "whether a step is the steady state of rolling";
     CycleFrom, "scene.loading.cycle_from", "cycle_from",
         Count, "index of the step with which a cycle begins";
     Cycles, "scene.loading.cycles", "cycles", Count, "how often the cycle is run through";
@@ -287,7 +303,15 @@ impl Key {
             | Key::ShiftY(0)
             | Key::TiltX(0)
             | Key::TiltY(0)
-            | Key::Twist(0) => Cow::Borrowed(self.name()),
+            | Key::Twist(0)
+            | Key::CreepageX(0)
+            | Key::CreepageY(0)
+            | Key::Spin(0)
+            | Key::SpinCenter(0)
+            | Key::Direction(0)
+            | Key::Distance(0)
+            | Key::Dq(0)
+            | Key::Steady(0) => Cow::Borrowed(self.name()),
             _ => match self.index() {
                 Some(index) => Cow::Owned(self.column_pattern().replace("[i]", &index.to_string())),
                 None => Cow::Borrowed(self.column_pattern()),
@@ -506,7 +530,7 @@ mod tests {
         let mut seen = std::collections::HashSet::new();
         let mut columns = std::collections::HashSet::new();
         let all = Key::all(|_| 12);
-        assert_eq!(all.len(), Key::ALL.len() + 11 * (4 + 13));
+        assert_eq!(all.len(), Key::ALL.len() + 11 * (4 + 21));
         for key in &all {
             assert!(seen.insert(key.path()) && seen.insert(key.short()), "{key:?}");
             assert_eq!(Key::find(&key.path()), Some(*key));
@@ -556,7 +580,7 @@ mod tests {
             Some(vec!["steps", "cycle_from", "cycles"])
         );
         assert_eq!(Table::find("foundation").map(|t| t.names()), Some(vec!["layers", "base"]));
-        assert_eq!(Table::find("loading.steps[3]").map(|t| t.names().len()), Some(13));
+        assert_eq!(Table::find("loading.steps[3]").map(|t| t.names().len()), Some(21));
         let inside =
             |key: &str, table: &str| Key::find(key).unwrap().is_under(&Table::find(table).unwrap());
         assert!(

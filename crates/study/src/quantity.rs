@@ -16,6 +16,8 @@ pub(crate) enum Quantity {
     Mesh,
     /// One of these words.
     Choice(&'static [&'static str]),
+    /// True or false.
+    Flag,
     /// Any text.
     Text,
     /// A unit of length.
@@ -38,6 +40,7 @@ impl Quantity {
                     Dimension::Pressure => "80 GPa",
                     Dimension::Force => "1 kN",
                     Dimension::Moment => "2 N m",
+                    Dimension::AnglePerLength => "0.1 rad/m",
                     _ => return format!("a number in {}", dimension.unit()),
                 };
                 format!(
@@ -54,6 +57,7 @@ impl Quantity {
                 [only] => format!("\"{only}\""),
                 _ => one_of(words),
             },
+            Quantity::Flag => "true or false".to_owned(),
             Quantity::Text => "a text".to_owned(),
             Quantity::LengthUnit => {
                 format!(
@@ -76,9 +80,11 @@ impl Quantity {
         match self {
             Quantity::Number(_) => ValueType::Number,
             Quantity::Count | Quantity::Mesh | Quantity::List(_) => ValueType::Integer,
-            Quantity::Choice(_) | Quantity::Text | Quantity::LengthUnit | Quantity::Effects => {
-                ValueType::Text
-            }
+            Quantity::Choice(_)
+            | Quantity::Flag
+            | Quantity::Text
+            | Quantity::LengthUnit
+            | Quantity::Effects => ValueType::Text,
         }
     }
 }

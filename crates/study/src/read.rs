@@ -204,6 +204,7 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
             }
             _ => Err(wrong()),
         },
+        Quantity::Flag => switch(&key.short(), node).map(Setting::Flag),
         Quantity::Effects => match node.get_ref() {
             DeValue::Array(names) => {
                 let mut effects =

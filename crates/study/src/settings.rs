@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use contact::model::{
-    Base, Domain, Effect, Foundation, Loading, Material, Mesh, Method, Numerics, Projection, Shape,
-    Side, Step,
+    Base, Domain, Effect, Foundation, Loading, Material, Mesh, Method, Numerics, Projection,
+    RollingDirection, RollingHistory, Shape, Side, Step,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::Sole;
@@ -164,6 +164,14 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::Twist(_)
         | Key::MomentZ(_)
         | Key::Increments(_)
+        | Key::CreepageX(_)
+        | Key::CreepageY(_)
+        | Key::Spin(_)
+        | Key::SpinCenter(_)
+        | Key::Direction(_)
+        | Key::Distance(_)
+        | Key::Dq(_)
+        | Key::Steady(_)
         | Key::CycleFrom
         | Key::Cycles => of_loading(parts.loading?, key),
         Key::Mesh
@@ -267,10 +275,48 @@ fn of_loading(loading: &Loading, key: Key) -> Option<Setting> {
         Key::Increments(index) => {
             Some(Setting::Count(loading.steps.get(index as usize)?.increments))
         }
+        Key::CreepageX(index)
+        | Key::CreepageY(index)
+        | Key::Spin(index)
+        | Key::SpinCenter(index)
+        | Key::Direction(index)
+        | Key::Distance(index)
+        | Key::Dq(index)
+        | Key::Steady(index) => of_rolling(loading.steps.get(index as usize)?, key),
         Key::CycleFrom => Some(Setting::Count(loading.cycle_from?)),
         Key::Cycles => Some(Setting::Count(loading.cycles)),
         _ => None,
     }
+}
+
+fn of_rolling(step: &Step, key: Key) -> Option<Setting> {
+    let rolling = step.rolling.as_ref()?;
+    let is_steady = rolling.history == RollingHistory::Steady;
+    match key {
+        Key::CreepageX(_) => number(rolling.creepage_x?),
+        Key::CreepageY(_) => number(rolling.creepage_y?),
+        Key::Spin(_) => number(rolling.spin?),
+        Key::SpinCenter(_) => number(rolling.spin_center),
+        Key::Direction(_) => word(match rolling.direction {
+            RollingDirection::Forward => "forward",
+            RollingDirection::Backward => "backward",
+        }),
+        Key::Distance(_) if is_steady => None,
+        Key::Distance(_) => number(distance_of(rolling.dq?, step.increments)),
+        Key::Dq(_) => number(rolling.dq?),
+        Key::Steady(_) => Some(Setting::Flag(is_steady)),
+        _ => None,
+    }
+}
+
+/// Returns the distance of which each of `increments` is `dq`: of the numbers that are divided so,
+/// the one with the fewest digits, so that it is the number that a study gave.
+fn distance_of(dq: f64, increments: u32) -> f64 {
+    let near = dq * f64::from(increments);
+    let rounded = (0..17).filter_map(|digits| format!("{near:.digits$e}").parse::<f64>().ok());
+    let (below, above) = (near.next_down(), near.next_up());
+    let mut candidates = rounded.chain([near, below, above, below.next_down(), above.next_up()]);
+    candidates.find(|distance| distance / f64::from(increments) == dq).unwrap_or(near)
 }
 
 fn of_numerics(parts: &JobParts<'_>, key: Key) -> Option<Setting> {

@@ -22,6 +22,7 @@ pub(crate) enum Setting {
     Count(u32),
     Mesh(Mesh),
     Word(String),
+    Flag(bool),
     /// Effects in their order, each once.
     Effects(Vec<Effect>),
 }
@@ -33,6 +34,7 @@ impl std::fmt::Display for Setting {
             Setting::Count(n) | Setting::Mesh(Mesh::Across(n)) => write!(f, "{n}"),
             Setting::Mesh(Mesh::Exact([x, y])) => write!(f, "[{x}, {y}]"),
             Setting::Word(word) => write!(f, "\"{word}\""),
+            Setting::Flag(yes) => write!(f, "{yes}"),
             Setting::Effects(effects) => {
                 let names: Vec<String> =
                     effects.iter().map(|effect| format!("\"{}\"", effect.name())).collect();
@@ -49,6 +51,7 @@ impl From<&Setting> for Value {
             Setting::Count(n) | Setting::Mesh(Mesh::Across(n)) => Value::Integer(u64::from(*n)),
             Setting::Mesh(Mesh::Exact([x, y])) => Value::Text(format!("{x}x{y}")),
             Setting::Word(word) => Value::Text(word.clone()),
+            Setting::Flag(yes) => Value::Text(yes.to_string()),
             Setting::Effects(effects) if effects.is_empty() => Value::Missing,
             Setting::Effects(effects) => Value::Text(
                 effects.iter().map(|effect| effect.name()).collect::<Vec<_>>().join(" "),
@@ -210,6 +213,13 @@ impl<'a> Sheet<'a> {
     pub(crate) fn word(&self, key: Key) -> Option<&str> {
         match &self.get(key)?.setting {
             Setting::Word(word) => Some(word),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn flag(&self, key: Key) -> Option<bool> {
+        match self.get(key)?.setting {
+            Setting::Flag(yes) => Some(yes),
             _ => None,
         }
     }

@@ -28,6 +28,10 @@ pub enum Dimension {
     Energy,
     /// A time \[s\].
     Time,
+    /// An angle per length \[rad/m\].
+    AnglePerLength,
+    /// An energy per length \[J/m\].
+    EnergyPerLength,
 }
 
 impl Dimension {
@@ -44,6 +48,8 @@ impl Dimension {
             Dimension::Moment => "N m",
             Dimension::Energy => "J",
             Dimension::Time => "s",
+            Dimension::AnglePerLength => "rad/m",
+            Dimension::EnergyPerLength => "J/m",
         }
     }
 
@@ -59,6 +65,8 @@ impl Dimension {
             Dimension::Moment => "a moment",
             Dimension::Energy => "an energy",
             Dimension::Time => "a time",
+            Dimension::AnglePerLength => "an angle per length",
+            Dimension::EnergyPerLength => "an energy per length",
         }
     }
 
@@ -129,6 +137,13 @@ const UNITS: &[Unit] = &[
     ten("uN m", Dimension::Moment, -6),
     ten("N mm", Dimension::Moment, -3),
     ten("kN m", Dimension::Moment, 3),
+    ten("rad/m", Dimension::AnglePerLength, 0),
+    ten("rad/mm", Dimension::AnglePerLength, 3),
+    ten("mrad/m", Dimension::AnglePerLength, -3),
+    ten("mrad/mm", Dimension::AnglePerLength, 0),
+    ten("1/m", Dimension::AnglePerLength, 0),
+    ten("1/mm", Dimension::AnglePerLength, 3),
+    ten("1/km", Dimension::AnglePerLength, -3),
 ];
 
 /// Words that people write who mean a unit, each with the unit.
@@ -154,6 +169,9 @@ const MEANT: &[(&str, &str)] = &[
     ("newtons", "N"),
     ("lb", "lbf"),
     ("lbs", "lbf"),
+    ("/m", "1/m"),
+    ("m^-1", "1/m"),
+    ("/mm", "1/mm"),
 ];
 
 /// Returns the unit that a symbol stands for, however it is spelled.
@@ -425,6 +443,8 @@ mod tests {
             ("90 deg", Dimension::Angle, std::f64::consts::FRAC_PI_2),
             ("180°", Dimension::Angle, std::f64::consts::PI),
             ("1 in", Dimension::Length, 0.0254),
+            ("0.2 rad/mm", Dimension::AnglePerLength, 200.0),
+            ("0.2 1/m", Dimension::AnglePerLength, 0.2),
         ] {
             assert_eq!(quantity(text, dimension), Ok(value), "{text}");
         }

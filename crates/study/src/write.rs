@@ -3,7 +3,7 @@
 use crate::job::Job;
 use crate::key::Key;
 use crate::quantity::Quantity;
-use crate::settings::{length, settings};
+use crate::settings::{length, setting, settings};
 use crate::sheet::Setting;
 
 impl Job {
@@ -13,8 +13,16 @@ impl Job {
     pub fn to_toml(&self) -> String {
         let settings = settings(self);
         let mut text = self.kind().to_toml(self);
-        let goes_without_saying = |key: Key, setting: &Setting| {
-            matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1)
+        // The increments of a distance divide it.
+        let is_distance = |step| setting(self, Key::Distance(step)).is_some();
+        let goes_without_saying = |key: Key, setting: &Setting| match key {
+            Key::Increments(step) => *setting == Setting::Count(1) && !is_distance(step),
+            Key::Cycles => *setting == Setting::Count(1),
+            Key::SpinCenter(_) => *setting == Setting::Number(0.0),
+            Key::Direction(_) => *setting == Setting::Word("forward".to_owned()),
+            Key::Steady(_) => *setting == Setting::Flag(false),
+            Key::Dq(step) => is_distance(step),
+            _ => false,
         };
         let written =
             || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));

@@ -28,11 +28,13 @@ pub enum Effect {
     History,
     /// The motions that are governed by forces.
     LoadControl,
+    /// The material that passes through a contact which rolls.
+    Rolling,
 }
 
 impl Effect {
     /// Every effect.
-    pub const ALL: [Effect; 11] = [
+    pub const ALL: [Effect; 12] = [
         Effect::Friction,
         Effect::Coupling,
         Effect::TractionX,
@@ -44,6 +46,7 @@ impl Effect {
         Effect::Ceiling,
         Effect::History,
         Effect::LoadControl,
+        Effect::Rolling,
     ];
 
     /// The effects that can be simulated although a scene does not call for them. The others are
@@ -71,6 +74,7 @@ impl Effect {
             Effect::Ceiling => "ceiling",
             Effect::History => "history",
             Effect::LoadControl => "load-control",
+            Effect::Rolling => "rolling",
         }
     }
 }

@@ -488,12 +488,9 @@ mod tests {
         let steady = Rolling { history: RollingHistory::Steady, ..rolling };
         assert_eq!(refused(Step { rolling: Some(steady), ..roll }), "loading.steps[1].increments");
         let nowhere = Rolling { dq: Some(0.0), ..rolling };
-        assert_eq!(refused(Step { rolling: Some(nowhere), ..roll }), "loading.steps[1].rolling.dq");
+        assert_eq!(refused(Step { rolling: Some(nowhere), ..roll }), "loading.steps[1].dq");
         let endless = Rolling { spin: Some(f64::NAN), ..rolling };
-        assert_eq!(
-            refused(Step { rolling: Some(endless), ..roll }),
-            "loading.steps[1].rolling.spin"
-        );
+        assert_eq!(refused(Step { rolling: Some(endless), ..roll }), "loading.steps[1].spin");
     }
 
     #[test]

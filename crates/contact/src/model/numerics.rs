@@ -143,6 +143,30 @@ impl Mesh {
 }
 
 impl Numerics {
+    /// Refuses settings under which a path cannot be followed, although each has a meaning.
+    ///
+    /// # Errors
+    /// A [`SceneError`] reports a setting under which a contact cannot roll.
+    pub fn suit(&self, loading: &Loading) -> Result<(), SceneError> {
+        let legs = loading.legs();
+        if self.epsilon > 0.0 && legs.iter().any(|leg| leg.rolling.is_some()) {
+            return Err(refuse(
+                "epsilon",
+                self.epsilon,
+                "must be 0 in a scene that rolls: the regularisation knows no places between \
+                 elements",
+            ));
+        }
+        if self.method == Method::Seidel && legs.iter().any(Leg::is_steady) {
+            return Err(refuse(
+                "method",
+                "seidel",
+                "must be \"newton\" in a scene that rolls steadily, which the sweeps do not know",
+            ));
+        }
+        Ok(())
+    }
+
     /// Refuses settings that cannot work.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! The rolling of a step: creepages and spin, the way that the contact travels, and the history
-//! that it meets.
+//! that it meets (J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990,
+//! doi:10.1007/978-94-015-7889-9, whose signs these are).
 
 use serde::{Deserialize, Serialize};
 
@@ -122,7 +123,7 @@ impl Rolling {
         given: [[Option<f64>; 2]; 3],
         names: [[&str; 2]; 3],
     ) -> Result<(), SceneError> {
-        let key = |name: &str| format!("{step}.rolling.{name}");
+        let key = |name: &str| format!("{step}.{name}");
         for (value, name) in self.given().into_iter().zip(Self::NAMES) {
             if let Some(value) = value {
                 finite(&key(name), value)?;
@@ -137,11 +138,11 @@ impl Rolling {
         {
             let name = Self::NAMES[index];
             if let Some(value) = motion {
-                let expected = format!("cannot stand in a step that rolls: give `rolling.{name}`");
+                let expected = format!("cannot stand in a step that rolls: give `{name}`");
                 return Err(refuse(&format!("{step}.{motion_name}"), value, &expected));
             }
             if let (Some(value), Some(_)) = (force, self.given()[index]) {
-                let expected = format!("cannot stand beside `rolling.{name}`: give one of the two");
+                let expected = format!("cannot stand beside `{name}`: give one of the two");
                 return Err(refuse(&format!("{step}.{force_name}"), value, &expected));
             }
         }

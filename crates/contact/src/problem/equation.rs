@@ -21,15 +21,14 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::friction::g_mu;
-use super::layout::Layout;
+use super::layout::{self, Layout};
 use super::scale::{self, Scale};
 use crate::common::parallel;
 use crate::foundation::{Bodies, relative_bodies};
 use crate::grid::{Grid, GridError};
 use crate::influence::{Components, Diagonals, Direction, Mirror, MirrorError, weighted_images};
 use crate::model::{
-    Dof, Leg, Method, Numerics, PerDof, Projection, Scene, SceneError, refuse, rigid_displacement,
-    rigid_modes,
+    Dof, Numerics, PerDof, Projection, Scene, SceneError, rigid_displacement, rigid_modes,
 };
 use crate::punch::{Gap, Surfaces, domain_under};
 
@@ -101,30 +100,6 @@ impl OperatorKey {
     }
 }
 
-/// The smallest part of an element that a contact goes on in steady rolling. From nearer, the mesh
-/// does not see a difference of displacements: with a hundredth Newton's method fails.
-const LEAST_DISTANCE: f64 = 0.1;
-
-/// Refuses settings under which a contact cannot roll.
-fn check_rolling(scene: &Scene, numerics: &Numerics) -> Result<(), SceneError> {
-    let legs = scene.loading.legs();
-    if numerics.epsilon > 0.0 && legs.iter().any(|leg| leg.rolling.is_some()) {
-        return Err(refuse(
-            "epsilon",
-            numerics.epsilon,
-            "must be 0 in a scene that rolls: the regularisation knows no places between elements",
-        ));
-    }
-    if numerics.method == Method::Seidel && legs.iter().any(Leg::is_steady) {
-        return Err(refuse(
-            "method",
-            "seidel",
-            "must be \"newton\" in a scene that rolls steadily, which the sweeps do not know",
-        ));
-    }
-    Ok(())
-}
-
 impl Problem {
     /// Binds a scene to a grid.
     ///
@@ -146,22 +121,7 @@ impl Problem {
 
     /// Refuses steps that roll steadily by distances that the mesh does not resolve.
     pub(crate) fn check_distances(&self, scene: &Scene) -> Result<(), SceneError> {
-        let least = LEAST_DISTANCE * self.grid.hx() * self.scale.length;
-        for leg in scene.loading.legs().iter().filter(|leg| leg.is_steady()) {
-            if let Some(distance) = leg.rolling.and_then(|rolling| rolling.dq)
-                && distance < least * (1.0 - 1e-9)
-            {
-                return Err(SceneError {
-                    key: format!("loading.steps[{}].rolling.dq", leg.step),
-                    value: format!("{distance:e}"),
-                    expected: format!(
-                        "must be at least a tenth of an element, {least:e} m, in steady rolling: \
-                         from nearer the mesh does not see a difference"
-                    ),
-                });
-            }
-        }
-        Ok(())
+        layout::check_distances(scene, self.grid.hx() * self.scale.length)
     }
 
     /// Binds a scene that is known to be valid, and whose `gap` is at hand, to a grid.
@@ -229,7 +189,7 @@ impl Problem {
         if let Some(value) = rest[..k].iter().find(|value| !value.is_finite()) {
             return Err(scale::out_of_range("punch.shape", *value));
         }
-        check_rolling(scene, numerics)?;
+        numerics.suit(&scene.loading)?;
         scale::check_operator(&bodies, &grid, numerics.projection)?;
         scale::check_loads(scene, numerics, &scale, &grid, &rest)?;
         // A clone would touch the zeros too.

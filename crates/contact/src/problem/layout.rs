@@ -80,3 +80,28 @@ impl Layout {
         Ok(scale)
     }
 }
+
+/// The smallest part of an element that a contact goes on in steady rolling. From nearer, the mesh
+/// does not see a difference of displacements: with a hundredth Newton's method fails.
+const LEAST_DISTANCE: f64 = 0.1;
+
+/// Refuses steps that roll steadily by distances that elements of this length along x \[m\] do not
+/// resolve.
+pub(crate) fn check_distances(scene: &Scene, element: f64) -> Result<(), SceneError> {
+    let least = LEAST_DISTANCE * element;
+    for leg in scene.loading.legs().iter().filter(|leg| leg.is_steady()) {
+        if let Some(distance) = leg.rolling.and_then(|rolling| rolling.dq)
+            && distance < least * (1.0 - 1e-9)
+        {
+            return Err(SceneError {
+                key: format!("loading.steps[{}].dq", leg.step),
+                value: format!("{distance:e}"),
+                expected: format!(
+                    "must be at least a tenth of an element, {least:e} m, in steady rolling: from \
+                     nearer the mesh does not see a difference"
+                ),
+            });
+        }
+    }
+    Ok(())
+}

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
-use crate::model::{Control, Dof, Effect, Numerics, Scene, SceneError, Shape};
+use crate::model::{Control, Dof, Effect, Leg, Numerics, Scene, SceneError, Shape};
 use crate::punch::{Surfaces, domain};
 
 /// The decision whether an effect is simulated.
@@ -89,6 +89,7 @@ impl Effects {
                 },
                 Effect::History => history(scene),
                 Effect::LoadControl => load_control(scene),
+                Effect::Rolling => rolling(scene, &effects),
             };
             let forced = !on && numerics.simulate.contains(&effect);
             let reason =
@@ -185,8 +186,31 @@ fn history(scene: &Scene) -> Ruling {
     let increments = scene.loading.increments();
     if increments > 1 {
         Ruling::on(format!("{increments} increments"))
+    } else if scene.loading.legs().iter().any(Leg::is_steady) {
+        Ruling::off("what rolls steadily has forgotten its past")
     } else {
         Ruling::off("a single increment from zero traction")
+    }
+}
+
+/// Rules on the material that passes through the contact. Without tangential tractions it makes no
+/// difference where the material has been.
+fn rolling(scene: &Scene, effects: &Effects) -> Ruling {
+    let legs = scene.loading.legs();
+    let rolling: Vec<&Leg> = legs.iter().filter(|leg| leg.rolling.is_some()).collect();
+    if rolling.is_empty() {
+        return Ruling::off("no step rolls");
+    }
+    if !effects.has(Effect::Friction) {
+        return Ruling::off("no tangential tractions");
+    }
+    let passing: u32 =
+        rolling.iter().filter(|leg| !leg.is_steady()).map(|leg| leg.increments).sum();
+    match (passing, rolling.iter().any(|leg| leg.is_steady())) {
+        (0, _) => Ruling::on("the steady state of rolling is asked for"),
+        (1, false) => Ruling::on("the contact rolls in an increment"),
+        (passing, false) => Ruling::on(format!("the contact rolls in {passing} increments")),
+        (_, true) => Ruling::on("the contact rolls along the path, and into its steady state"),
     }
 }
 

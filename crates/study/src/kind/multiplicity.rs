@@ -34,6 +34,14 @@ fn refuses(key: Key) -> Option<&'static str> {
     match key {
         Key::Simulate => Some("a search simulates every effect"),
         Key::Method => Some("a search tries every method"),
+        Key::CreepageX(_)
+        | Key::CreepageY(_)
+        | Key::Spin(_)
+        | Key::SpinCenter(_)
+        | Key::Direction(_)
+        | Key::Distance(_)
+        | Key::Dq(_)
+        | Key::Steady(_) => Some("a search knows no step that rolls"),
         _ => None,
     }
 }

@@ -7,6 +7,7 @@ mod limits;
 mod materials;
 mod points;
 mod refused;
+mod rolling;
 mod sample;
 mod sensitivity;
 mod simulate;

@@ -291,7 +291,7 @@ fn steps_that_cannot_roll_are_refused() {
     let near = Rolling { dq: Some(0.014), ..rolling(RollingHistory::Steady) };
     assert_eq!(
         refused(&sphere(PAIR, near), &numerics),
-        "loading.steps[0].rolling.dq",
+        "loading.steps[0].dq",
         "a tenth of an element has 0.015"
     );
     let error = search(
@@ -301,5 +301,5 @@ fn steps_that_cannot_roll_are_refused() {
         &mut Operators::default(),
         &Search::default(),
     );
-    assert_eq!(error.unwrap_err().key, "loading.steps[0].rolling");
+    assert_eq!(error.unwrap_err().key, "loading.steps[0].distance");
 }
