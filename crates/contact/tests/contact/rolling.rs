@@ -5,6 +5,7 @@
 
 mod laws;
 mod limits;
+mod random;
 
 use std::ops::ControlFlow;
 
