@@ -394,7 +394,8 @@ pub(crate) struct QueryArgs {
 pub(crate) struct ShowArgs {
     /// Key of the result, or its first characters
     pub(crate) key: String,
-    /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
+    /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y,
+    /// friction_work, state, or wear_depth of a scene that wears
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
     /// Of a search that found several solutions, the index of the one whose field to draw [default:
@@ -405,6 +406,13 @@ pub(crate) struct ShowArgs {
     /// (their path is solved again). Without --field, .vti .csv .pvd hold every field
     #[arg(long, value_name = "FILE", conflicts_with_all = ["steps", "json"])]
     pub(crate) output: Option<PathBuf>,
+    /// Fields below the surface on a plane, "z=0.1 mm", or on a section, "y=0 mm": von_mises,
+    /// tresca, stress_xx … stress_xz, stress_first … stress_third
+    #[arg(long, value_name = "PLANE", conflicts_with_all = ["steps", "json", "solution"])]
+    pub(crate) plane: Option<String>,
+    /// Depth of a section, "0.5 mm" [default: twice the radius of the disk of the loaded area]
+    #[arg(long, value_name = "DEPTH", requires = "plane")]
+    pub(crate) down_to: Option<String>,
     /// Print the increments of its loading path as a table
     #[arg(long, conflicts_with = "field")]
     pub(crate) steps: bool,
@@ -558,7 +566,8 @@ pub(crate) struct SolveArgs {
     /// Set a key of the scene or the numerics, for example friction.mu=0.5 or punch.radius="2 mm"
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
+    /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y,
+    /// friction_work, state, or wear_depth of a scene that wears
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
     /// Of a search that finds several solutions, the index of the one whose field to draw [default:

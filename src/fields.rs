@@ -13,9 +13,21 @@ use crate::figures::RESOLUTION;
 use crate::output::{self, Finish};
 use crate::written_file;
 
-/// The names of the fields.
-const FIELDS: [&str; 8] =
-    ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"];
+/// The names of the fields that every scene has.
+const FIELDS: [&str; 9] = [
+    "pressure",
+    "traction_x",
+    "traction_y",
+    "traction",
+    "gap",
+    "slip_x",
+    "slip_y",
+    "friction_work",
+    "state",
+];
+
+/// The field of scenes that wear.
+const WEAR_DEPTH: &str = "wear_depth";
 
 /// The endings of files that hold one field.
 const SINGLE: [&str; 3] = ["png", "svg", "npy"];
@@ -37,8 +49,15 @@ pub(crate) fn is_series(file: Option<&Path>) -> bool {
 
 /// Checks the field's name and the file's extension and its place before anything is computed.
 pub(crate) fn check_field(name: Option<&str>, file: Option<&Path>) -> Result<()> {
-    if let Some(name) = name.filter(|name| !FIELDS.contains(name)) {
-        bail!("there is no field `{name}`; there are {}", FIELDS.join(", "));
+    let mut known = FIELDS.to_vec();
+    known.push(WEAR_DEPTH);
+    check_among(&known, name, file)
+}
+
+/// Checks a field's name, which is one of those `known`, and the file's extension and its place.
+pub(crate) fn check_among(known: &[&str], name: Option<&str>, file: Option<&Path>) -> Result<()> {
+    if let Some(name) = name.filter(|name| !known.contains(name)) {
+        bail!("there is no field `{name}`; there are {}", known.join(", "));
     }
     let Some(file) = file else { return Ok(()) };
     match ending(file) {
@@ -48,7 +67,7 @@ pub(crate) fn check_field(name: Option<&str>, file: Option<&Path>) -> Result<()>
                 bail!(
                     "{}: a .{ending} holds one field; name it by --field ({})",
                     file.display(),
-                    FIELDS.join(", ")
+                    known.join(", ")
                 );
             }
         }
@@ -65,8 +84,13 @@ pub(crate) fn check_field(name: Option<&str>, file: Option<&Path>) -> Result<()>
 pub(crate) fn chosen_fields(fields: &Fields, name: Option<&str>) -> Result<Vec<Field>> {
     match name {
         Some(name) => Ok(vec![field(fields, name)?]),
-        None => FIELDS.into_iter().map(|name| field(fields, name)).collect(),
+        None => FIELDS.into_iter().chain(wear(fields)).map(|name| field(fields, name)).collect(),
     }
+}
+
+/// Returns the name of the field that only a scene which wears has.
+fn wear(fields: &Fields) -> Option<&'static str> {
+    (!fields.further.wear_depth.is_empty()).then_some(WEAR_DEPTH)
 }
 
 /// Returns one of the fields of a result; masked elements have no value.
@@ -94,6 +118,11 @@ fn field(fields: &Fields, name: &str) -> Result<Field> {
         "gap" => ("m", on_sole(&fields.gap)),
         "slip_x" => ("m", on_sole(&fields.slip_x)),
         "slip_y" => ("m", on_sole(&fields.slip_y)),
+        WEAR_DEPTH if wear(fields).is_none() => {
+            bail!("this scene has no field `{WEAR_DEPTH}`: it has no `wear`")
+        }
+        WEAR_DEPTH => ("m", on_sole(&fields.further.wear_depth)),
+        "friction_work" => ("J/m²", on_sole(&friction_work(fields))),
         "state" => {
             let names = ["outside", "open", "stick", "slip"].map(str::to_owned).to_vec();
             ("", Values::Category { states: fields.state.clone(), names })
@@ -103,10 +132,20 @@ fn field(fields: &Fields, name: &str) -> Result<Field> {
     Ok(Field::new(name, unit, grid, values)?)
 }
 
+/// Returns the energy that friction takes from each element in the last increment, over its area
+/// \[J/m²\].
+fn friction_work(fields: &Fields) -> Vec<f64> {
+    let along_x = fields.traction_x.iter().zip(&fields.slip_x);
+    let along_y = fields.traction_y.iter().zip(&fields.slip_y);
+    // A zero is to be a positive one.
+    along_x.zip(along_y).map(|((p, s), (q, r))| 0.0 - (p * s + q * r)).collect()
+}
+
 /// Returns the fields of a result that a page shows, of which the last one holds the states.
 pub(crate) fn page_fields(fields: &Fields) -> Result<Vec<Field>> {
-    let names = ["pressure", "traction", "gap", "slip", "state"];
-    names.into_iter().map(|name| field(fields, name)).collect()
+    let names = ["pressure", "traction", "gap", "slip", "friction_work"];
+    let names = names.into_iter().chain(wear(fields)).chain(["state"]);
+    names.map(|name| field(fields, name)).collect()
 }
 
 /// Draws a field on standard output or writes it to a file by its ending; without a name that is
@@ -117,7 +156,11 @@ pub(crate) fn show_field(
     file: Option<&Path>,
 ) -> Result<Finish> {
     check_field(name, file)?;
-    let chosen = chosen_fields(fields, name)?;
+    show_fields(&chosen_fields(fields, name)?, file)
+}
+
+/// Draws the first of some fields on standard output, or writes all to a file by its ending.
+pub(crate) fn show_fields(chosen: &[Field], file: Option<&Path>) -> Result<Finish> {
     let all: Vec<&Field> = chosen.iter().collect();
     let field = all[0];
     let Some(file) = file else {

@@ -7,6 +7,7 @@
 
 mod account;
 mod answer_text;
+mod below_surface;
 mod bounded_file;
 mod citation_text;
 mod cli;

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// Returns fields as a dictionary of arrays: `x` and `y` are the centres of the elements \[m\], the
-/// others have the shape (y, x).
+/// others have the shape (y, x). Only a scene that wears has `wear_depth`.
 pub(crate) fn arrays<'py>(py: Python<'py>, fields: Fields) -> PyResult<Bound<'py, PyDict>> {
     let [nx, ny] = fields.shape.map(|n| n as usize);
     stacked(py, vec![fields], &[ny, nx])
@@ -42,7 +42,9 @@ fn stacked<'py>(
         ("slip_x", |fields| &mut fields.slip_x),
         ("slip_y", |fields| &mut fields.slip_y),
     ];
-    for number in numbers {
+    let wears = path.iter().all(|fields| !fields.further.wear_depth.is_empty());
+    let wear: FieldOf<f64> = ("wear_depth", |fields| &mut fields.further.wear_depth);
+    for number in numbers.into_iter().chain(wears.then_some(wear)) {
         set(&named, &mut path, number, shape)?;
     }
     set(&named, &mut path, ("state", |fields| &mut fields.state), shape)?;

@@ -6,7 +6,7 @@ from typing import Any, Mapping
 
 UNITS = {
     "x": "m", "y": "m", "pressure": "Pa", "traction_x": "Pa", "traction_y": "Pa",
-    "gap": "m", "slip_x": "m", "slip_y": "m", "state": "",
+    "gap": "m", "slip_x": "m", "slip_y": "m", "wear_depth": "m", "state": "",
 }  # fmt: skip
 MEANINGS = {
     "x": "centres of the elements along x",
@@ -17,6 +17,7 @@ MEANINGS = {
     "gap": "gap between the punch and the foundation",
     "slip_x": "slip along x of the foundation relative to the punch since the increment before",
     "slip_y": "slip along y of the foundation relative to the punch since the increment before",
+    "wear_depth": "depth that both surfaces have lost together along the path",
     "state": "0 outside the sole, 1 open, 2 stick, 3 slip",
 }
 GRIDS = [name for name in UNITS if name not in ("x", "y")]
@@ -35,7 +36,9 @@ def dataset(arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> Any:
     }
     described["state"] = {"flag_values": [0, 1, 2, 3], "flag_meanings": "outside open stick slip"}
     axes = ("increment", "y", "x")[-arrays["pressure"].ndim :]
-    variables = {name: (axes, arrays[name], described[name]) for name in GRIDS}
+    # Only a scene that wears has a depth of wear.
+    present = [name for name in GRIDS if name in arrays]
+    variables = {name: (axes, arrays[name], described[name]) for name in present}
     coordinates = {name: (name, arrays[name], described[name]) for name in ("x", "y")}
     if "increment" in axes:
         number = {"long_name": "number of the increment along the path"}

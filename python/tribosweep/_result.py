@@ -64,9 +64,9 @@ class Result:
     `meanings` say what each is. The settings are no figures: `job` has them. `observables`, `certificate` (0 is exact) and `estimates` (of the
     discretisation error, relative) have them by kind. The fields are arrays of shape (y, x):
     `pressure`, `traction_x`, `traction_y` [Pa], `gap`, `slip_x`, `slip_y` [m] and `state`
-    (0 outside, 1 open, 2 stick, 3 slip), over the centres of the elements `x` and `y` [m]. Of a
-    result that is not `certified` the figures of the solution are None, the arrays are those of
-    the last iterate, and `warnings` say why.
+    (0 outside, 1 open, 2 stick, 3 slip), over the centres of the elements `x` and `y` [m]; of a
+    scene that wears there is `wear_depth` [m] too. Of a result that is not `certified` the figures
+    of the solution are None, the arrays are those of the last iterate, and `warnings` say why.
 
     >>> import tribosweep
     >>> result = tribosweep.solve(

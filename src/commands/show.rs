@@ -7,6 +7,7 @@ use store::StoreReader;
 use study::{Record, Study};
 use wording::escaped_json;
 
+use crate::below_surface::{self, WantedPlane};
 use crate::cli::ShowArgs;
 use crate::increments::PathJob;
 use crate::one_result::{UsedFiles, json, path, words};
@@ -19,6 +20,19 @@ use crate::{fields, output, stored};
 /// Shows one result, its path or one of its fields.
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let (name, file) = (args.field.as_deref(), args.output.as_deref());
+    if let Some(plane) = &args.plane {
+        let wanted = WantedPlane::parse(plane, args.down_to.as_deref())?;
+        below_surface::check(name, file)?;
+        let reader = read_store(&args.store.store)?;
+        let record = stored::record(&reader, &find_key(&reader, &args.key)?)?;
+        share_among(0)?;
+        let fields = stored::fields(reader.blobs(), &record)?;
+        let chosen = below_surface::fields(&record.parse_job()?, &fields, &wanted, name)?;
+        if !record.is_certified() {
+            output::say("not certified: these are the stresses of the last iterate");
+        }
+        return fields::show_fields(&chosen, file);
+    }
     fields::check_field(name, file)?;
     let reader = read_store(&args.store.store)?;
     let key = find_key(&reader, &args.key)?;

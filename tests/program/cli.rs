@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod adaptive;
+mod below_surface;
 mod budgets;
 mod cite;
 mod effects;
@@ -24,6 +25,7 @@ mod shards;
 mod store;
 mod submit;
 mod upkeep;
+mod wear;
 mod wheel;
 
 use std::fs;
@@ -305,9 +307,8 @@ fn fields_are_drawn_and_written() {
         ("vti", b"<?xml"),
         ("csv", b"x"),
     ];
-    for field in
-        ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"]
-    {
+    let fields = "pressure traction_x traction_y traction gap slip_x slip_y friction_work state";
+    for field in fields.split(' ') {
         for (ending, begin) in begins {
             let file = format!("{field}.{ending}");
             let said = place.words(&["show", key, "--field", field, "--output", &file]);

@@ -117,7 +117,10 @@ fn of_job(job: &Job, surfaces: &Surfaces) -> Result<Vec<CitedSubject>, AnswerErr
     }
     match job.case().map(|case| &case.scene.punch.shape) {
         Some(Shape::HeightMap { .. }) => used.push(CitedSubject::HeightMap),
-        Some(Shape::WheelOnRail(_)) => used.push(CitedSubject::Profiles),
+        Some(Shape::WheelOnRail(wheel)) => {
+            used.push(CitedSubject::Profiles);
+            used.extend(wheel.motion.map(|_| CitedSubject::WheelCreepages));
+        }
         _ => {}
     }
     Ok(used)

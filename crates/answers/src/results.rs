@@ -396,6 +396,8 @@ impl<'r> Results<'r> {
         filter: Option<&str>,
     ) -> Result<FigureRows, AnswerError> {
         let undrawn = self.undrawn(figure, filter)?;
+        let filter = figure.filtered(filter);
+        let filter = filter.as_deref();
         let Figure { x, series, panels, names, .. } = figure;
         let drawn = || figure.shown();
         let table = if figure.steps {
@@ -418,7 +420,8 @@ impl<'r> Results<'r> {
     /// # Errors
     /// The filter cannot be evaluated.
     pub fn undrawn(&self, figure: &Figure, filter: Option<&str>) -> Result<Undrawn, AnswerError> {
-        let Some(expression) = filter else {
+        let filter = figure.filtered(filter);
+        let Some(expression) = filter.as_deref() else {
             let Progress { points, failed, left, .. } = self.progress();
             return Ok(Undrawn { points, failed, left, steps: figure.steps });
         };

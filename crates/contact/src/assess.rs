@@ -8,6 +8,7 @@
 //! - `norms`: norms of tractions and distances between grids ([`norms`]);
 //! - `quadrature`: integrals over rectangles of functions with kinks;
 //! - `closed_form`: the scenes with an exact answer ([`ClosedForm`]);
+//! - `rolling_theory`: what theories of rolling foretell ([`RollingTheory`]);
 //! - `errors`: errors against a closed form or a finer solution ([`Errors`]);
 //! - `estimate`: the estimate of the error from a coarser grid.
 
@@ -18,6 +19,7 @@ pub(crate) mod estimate;
 pub mod norms;
 mod observables;
 mod quadrature;
+mod rolling_theory;
 
 pub use certificate::certify;
 pub(crate) use certificate::transform_error;
@@ -25,3 +27,4 @@ pub use closed_form::{ClosedForm, closed_form};
 pub use errors::Errors;
 pub(crate) use observables::{elastic_energy, fields};
 pub use observables::{observables, patches, states};
+pub use rolling_theory::RollingTheory;

@@ -4,10 +4,13 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use crate::foundation::relative_bodies;
-use crate::model::{Effect, Method, Numerics, RollingDirection, Scene, SceneError, Shape, refuse};
+use crate::interior;
+use crate::model::{
+    Effect, InteriorQuestion, Method, Numerics, RollingDirection, Scene, SceneError, Shape, refuse,
+};
 use crate::multiplicity::{Multiplicity, Search};
 use crate::problem::{Effects, Layout, check_distances};
-use crate::punch::{Surfaces, domain};
+use crate::punch::{Surfaces, domain, with_creepages};
 use crate::uniqueness::{Question, WitnessSearch, lower};
 
 /// The forecast of the time and the memory of a solve.
@@ -38,6 +41,7 @@ pub fn forecast(
     numerics: &Numerics,
     surfaces: &Surfaces,
 ) -> Result<Forecast, SceneError> {
+    let scene = &*with_creepages(scene, surfaces)?;
     let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?);
     let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;
@@ -95,11 +99,24 @@ pub fn forecast(
         // each unknown (measured on spheres up to 256² and on a wheel up to 160 × 206).
         Method::Newton | Method::Auto => 42.0 * 1e-7 * unknowns as f64,
     };
-    // Steady rolling takes more applications, which grow like the fifth root of the elements
-    // across, of an operator without symmetry (measured on spheres from 64² to 512²).
-    let steady = 1.7 * (elements / 4096.0).powf(0.1).max(1.0);
-    let steady_legs = legs.iter().filter(|leg| leg.is_steady() && rolled > 0.0).count() as f64;
-    let increments = increments + (steady - 1.0) * steady_legs;
+    // An increment that rolls takes so many times as long as another. The applications grow with
+    // the elements, along a path more than in steady rolling (measured on spheres from 64² to 256²,
+    // of like and of unlike bodies).
+    let finer = (elements / 4096.0).max(1.0);
+    let (steady, passing) = (1.1 * finer.powf(0.1), 0.8 * finer.powf(0.27));
+    let rolling = legs.iter().filter(|leg| leg.rolling.is_some() && rolled > 0.0);
+    let [mut steady_legs, mut slower] = [0.0; 2];
+    for leg in rolling {
+        match leg.is_steady() {
+            true => (steady_legs, slower) = (steady_legs + 1.0, slower + steady - 1.0),
+            false => slower += (passing - 1.0) * f64::from(leg.increments),
+        }
+    }
+    let increments = increments + slower;
+    let interior = scene
+        .interior
+        .as_ref()
+        .map_or(Default::default(), |question| forecast_interior(scene, question, &layout));
     // To place a wheel on its rail takes as long as some thousand elements take to solve.
     let set_up = match scene.punch.shape {
         Shape::WheelOnRail(_) => 8e-3 + 3e-7 * elements,
@@ -122,7 +139,9 @@ pub fn forecast(
         _ => 0,
     };
     let memory = memory + 56.0 * pixels as f64;
-    let seconds = set_up + assembly * (1.0 + 2.0 * rolled) + seconds * increments + 1e-4;
+    let memory = memory + interior.bytes;
+    let seconds =
+        interior.seconds + set_up + assembly * (1.0 + 2.0 * rolled) + seconds * increments + 1e-4;
     Ok(Forecast {
         elements: [layout.nx, layout.ny],
         unknowns,
@@ -131,6 +150,55 @@ pub fn forecast(
         operator: hasher.finish(),
     })
 }
+
+/// The time and the memory that stresses below the surface take.
+#[derive(Clone, Copy, Debug, Default)]
+struct InteriorForecast {
+    seconds: f64,
+    bytes: f64,
+}
+
+/// Forecasts the stresses below the surface, for a contact that fills three fifths of Ω, as those
+/// do whose Ω is chosen.
+fn forecast_interior(
+    scene: &Scene,
+    InteriorQuestion { maximum, depths, points }: &InteriorQuestion,
+    layout: &Layout,
+) -> InteriorForecast {
+    let elements = (layout.nx * layout.ny) as f64;
+    let is_layered = relative_bodies(scene, 1.0).layers.is_some();
+    // A plane, and a point per element under load (measured on spheres from 64² to 256²); layers
+    // have tables for each depth.
+    let [plane, point, table] = if is_layered { PLANE_IN_LAYERS } else { PLANE_IN_HALF_SPACE };
+    let loaded = 0.6 * elements;
+    let searched = if !maximum {
+        0
+    } else if depths.is_empty() {
+        // A contact that fills Ω is some 0.4 Ω in radius.
+        let [hx, hy] = layout.element.map(|side| side * layout.half_diameter);
+        let radius = 0.4 * (layout.nx as f64 * hx).min(layout.ny as f64 * hy);
+        1 + interior::depths_searched(&scene.foundation, radius, hx.max(hy))
+    } else {
+        1 + depths.len()
+    };
+    // The climbs to two largest stresses take some forty places each, at ten depths.
+    let climbs = if *maximum { 2.0 } else { 0.0 };
+    let planes = (depths.len() + searched) as f64;
+    let places = points.len() as f64 + 40.0 * climbs;
+    let tables = planes + points.len() as f64 + 20.0 * climbs;
+    let seconds = planes * plane * elements + places * point * loaded + tables * table;
+    // A plane has its stresses, the blocks of its elements, and spectra of four times as many
+    // elements for three loads and six stresses; a search keeps two measures of every plane.
+    let fields = 18.0 + 8.0 + 4.0 * (3.0 + 2.0 * 6.0);
+    let bytes = 8.0 * elements * (fields + 2.0 * searched as f64);
+    InteriorForecast { seconds, bytes }
+}
+
+/// The seconds per element of a plane, per loaded element of a point, and for a depth.
+const PLANE_IN_HALF_SPACE: [f64; 3] = [2e-6, 5e-7, 0.0];
+
+/// The same in layers.
+const PLANE_IN_LAYERS: [f64; 3] = [8e-6, 6e-6, 0.05];
 
 /// Forecasts a search for every solution of a scene.
 ///

@@ -11,7 +11,10 @@
 //! - `layered`: bonded layers in the Fourier plane;
 //! - `hankel`: Hankel transforms on a logarithmic grid of wavenumbers;
 //! - `radial`: the tabulated kernels of a layered foundation;
-//! - `bodies`: foundation and punch together, and their scales.
+//! - `bodies`: foundation and punch together, and their scales;
+//! - `rectangle`: stresses in a half-space under a loaded rectangle;
+//! - `layered_stress`: stresses in bonded layers in the Fourier plane;
+//! - `subsurface`: stresses at a depth under a loaded rectangle, in any foundation.
 
 mod bodies;
 mod coefficient;
@@ -19,7 +22,10 @@ mod half_space;
 mod hankel;
 mod kernel;
 mod layered;
+mod layered_stress;
 mod radial;
+mod rectangle;
+mod subsurface;
 
 pub use bodies::{Bodies, Kernels};
 pub(crate) use bodies::{
@@ -28,3 +34,5 @@ pub(crate) use bodies::{
 pub use coefficient::Coefficient;
 pub use half_space::HalfSpace;
 pub use layered::Layered;
+pub(crate) use layered_stress::DepthSide;
+pub(crate) use subsurface::{StressBlock, StressKernels, interfaces};

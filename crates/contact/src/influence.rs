@@ -48,4 +48,5 @@ pub use operator::{Influence, Scratch, ScratchSize};
 pub(crate) use rolling::{RollingTables, RollingToeplitz};
 pub use table::{Diagonals, InfluenceTable};
 pub use toeplitz::Toeplitz;
+pub(crate) use torus::suitable_length;
 pub(crate) use window::Window;

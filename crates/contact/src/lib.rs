@@ -11,8 +11,10 @@
 //!     foundation: Foundation::half_space(steel),
 //!     punch: Punch { shape: Shape::Sphere { radius: 0.01 }, material: None },
 //!     friction: Friction { mu: 0.0 },
+//!     wear: None,
 //!     domain: None,
 //!     loading: Loading::path(vec![Step { approach: Some(1e-6), ..Step::default() }]),
+//!     interior: None,
 //! };
 //! let numerics: Numerics = serde_json::from_str(r#"{"mesh": 32}"#)?;
 //! let (outcome, _) = solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default())?;
@@ -51,6 +53,7 @@
 //! - [`problem`]: a scene that is bound to a grid, in units of its own;
 //! - [`solver`]: the methods, which find the tractions of one increment;
 //! - [`assess`]: the worth of a solution: observables, certificate, errors and estimates;
+//! - [`interior`]: the stresses below the surface, from the tractions on it;
 //! - `path`: the loading path, each increment of it solved and certified ([`solve`]);
 //! - [`uniqueness`]: the bracket of μ*, the friction below which solutions are unique;
 //! - [`multiplicity`]: the search for several solutions of one increment;
@@ -65,6 +68,7 @@ mod forecast;
 pub mod foundation;
 pub mod grid;
 pub mod influence;
+pub mod interior;
 pub mod literature;
 pub mod model;
 pub mod multiplicity;

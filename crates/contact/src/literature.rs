@@ -59,6 +59,8 @@ pub enum CitedSubject {
     HeightMap,
     /// The smoothing of the profiles of a wheel and a rail.
     Profiles,
+    /// The creepages that follow from the motion of a wheelset.
+    WheelCreepages,
     /// The limit of a ladder of meshes, and its uncertainty.
     Ladder,
     /// The search for several solutions.
@@ -86,6 +88,7 @@ impl CitedSubject {
             CitedSubject::MirrorPlanes,
             CitedSubject::HeightMap,
             CitedSubject::Profiles,
+            CitedSubject::WheelCreepages,
             CitedSubject::Ladder,
             CitedSubject::Multiplicity,
             CitedSubject::Uniqueness,
@@ -108,6 +111,7 @@ impl CitedSubject {
             CitedSubject::MirrorPlanes => "mirror planes",
             CitedSubject::HeightMap => "height map",
             CitedSubject::Profiles => "profiles",
+            CitedSubject::WheelCreepages => "creepages of a wheel",
             CitedSubject::Ladder => "ladder of meshes",
             CitedSubject::Multiplicity => "multiplicity",
             CitedSubject::Uniqueness => "uniqueness",
@@ -162,14 +166,29 @@ pub fn sources(subject: CitedSubject) -> Sources {
         CitedSubject::Effect(Effect::LoadControl) => {
             derived("the motions that forces govern as unknowns beside the tractions")
         }
+        CitedSubject::Effect(Effect::Wear) => Sources {
+            works: &[&ARCHARD, &MCCOLL],
+            derived: "the depth on the material that passes through a rolling contact, and the \
+                      bound up to which the pressure follows the shape that wears",
+        },
         CitedSubject::Effect(Effect::Rolling) => Sources {
-            works: &[&KALKER],
+            works: &[&CARTER, &KALKER_THESIS, &KALKER, &VERMEULEN, &SHEN],
             derived: "the operator of what is steady, evaluated between elements, and its \
-                      preconditioner, which sums tractions from the leading edge",
+                      preconditioner, which sums tractions from the leading edge; the \
+                      coefficients of the linear theory by spherical harmonics",
+        },
+        CitedSubject::Effect(Effect::Interior) => Sources {
+            works: &[&LOVE, &JOHNSON, &TALMAN],
+            derived: "the stresses at a depth of bonded layers in the Fourier plane, without \
+                      differences of large numbers, and the climb to the largest ones",
         },
         CitedSubject::MirrorPlanes => works(&[&MAKHOUL]),
         CitedSubject::HeightMap => works(&[&AKIMA_ROW, &AKIMA_SURFACE]),
         CitedSubject::Profiles => works(&[&REINSCH]),
+        CitedSubject::WheelCreepages => Sources {
+            works: &[&VOLLEBREGT],
+            derived: "the vertical velocity with which the wheel stays on its rail",
+        },
         CitedSubject::Ladder => works(&[&ROACHE, &ECA]),
         CitedSubject::Multiplicity => works(&[&FARRELL, &STEELE]),
         CitedSubject::Uniqueness => Sources {
@@ -211,6 +230,42 @@ const JOHNSON: CitedWork = CitedWork {
     doi: None,
 };
 
+const ARCHARD: CitedWork = CitedWork {
+    key: "archard1953",
+    form: WorkForm::Article,
+    authors: &["Archard, J. F."],
+    title: "Contact and Rubbing of Flat Surfaces",
+    published_in: "Journal of Applied Physics",
+    volume: "24",
+    pages: "981–988",
+    year: Some(1953),
+    doi: Some("10.1063/1.1721448"),
+};
+
+const MCCOLL: CitedWork = CitedWork {
+    key: "mccoll2004",
+    form: WorkForm::Article,
+    authors: &["McColl, I. R.", "Ding, J.", "Leen, S. B."],
+    title: "Finite element simulation and experimental validation of fretting wear",
+    published_in: "Wear",
+    volume: "256",
+    pages: "1114–1127",
+    year: Some(2004),
+    doi: Some("10.1016/j.wear.2003.07.001"),
+};
+
+const LOVE: CitedWork = CitedWork {
+    key: "love1929",
+    form: WorkForm::Article,
+    authors: &["Love, A. E. H."],
+    title: "The stress produced in a semi-infinite solid by pressure on part of the boundary",
+    published_in: "Philosophical Transactions of the Royal Society A",
+    volume: "228",
+    pages: "377–420",
+    year: Some(1929),
+    doi: Some("10.1098/rsta.1929.0009"),
+};
+
 const KALKER: CitedWork = CitedWork {
     key: "kalker1990",
     form: WorkForm::Book,
@@ -221,6 +276,66 @@ const KALKER: CitedWork = CitedWork {
     pages: "",
     year: Some(1990),
     doi: Some("10.1007/978-94-015-7889-9"),
+};
+
+const KALKER_THESIS: CitedWork = CitedWork {
+    key: "kalker1967",
+    form: WorkForm::Book,
+    authors: &["Kalker, J. J."],
+    title: "On the Rolling Contact of Two Elastic Bodies in the Presence of Dry Friction",
+    published_in: "Delft University of Technology",
+    volume: "",
+    pages: "",
+    year: Some(1967),
+    doi: None,
+};
+
+const CARTER: CitedWork = CitedWork {
+    key: "carter1926",
+    form: WorkForm::Article,
+    authors: &["Carter, F. W."],
+    title: "On the action of a locomotive driving wheel",
+    published_in: "Proceedings of the Royal Society A",
+    volume: "112",
+    pages: "151–157",
+    year: Some(1926),
+    doi: Some("10.1098/rspa.1926.0100"),
+};
+
+const VERMEULEN: CitedWork = CitedWork {
+    key: "vermeulen1964",
+    form: WorkForm::Article,
+    authors: &["Vermeulen, P. J.", "Johnson, K. L."],
+    title: "Contact of nonspherical elastic bodies transmitting tangential forces",
+    published_in: "Journal of Applied Mechanics",
+    volume: "31",
+    pages: "338–340",
+    year: Some(1964),
+    doi: Some("10.1115/1.3629610"),
+};
+
+const SHEN: CitedWork = CitedWork {
+    key: "shen1983",
+    form: WorkForm::Article,
+    authors: &["Shen, Z. Y.", "Hedrick, J. K.", "Elkins, J. A."],
+    title: "A comparison of alternative creep force models for rail vehicle dynamic analysis",
+    published_in: "Vehicle System Dynamics",
+    volume: "12",
+    pages: "79–83",
+    year: Some(1983),
+    doi: Some("10.1080/00423118308968725"),
+};
+
+const VOLLEBREGT: CitedWork = CitedWork {
+    key: "vollebregt2022",
+    form: WorkForm::Article,
+    authors: &["Vollebregt, E. A. H."],
+    title: "Detailed wheel/rail geometry processing using the planar contact approach",
+    published_in: "Vehicle System Dynamics",
+    volume: "60",
+    pages: "1253–1291",
+    year: Some(2022),
+    doi: Some("10.1080/00423114.2020.1853180"),
 };
 
 const CHRISTENSEN: CitedWork = CitedWork {

@@ -68,6 +68,13 @@ pub fn search(
     search: &Search,
 ) -> Result<Multiplicity, SceneError> {
     search.validate()?;
+    if let Some(wear) = scene.wear {
+        return Err(refuse(
+            "wear.coefficient",
+            wear.coefficient,
+            "cannot stand in a scene whose solutions are searched for",
+        ));
+    }
     if let Some(leg) = scene.loading.legs().iter().find(|leg| leg.rolling.is_some()) {
         let key = if leg.is_steady() { "steady" } else { "distance" };
         return Err(refuse(

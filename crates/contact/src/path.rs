@@ -5,11 +5,13 @@
 //! - `increment`: one increment, from a solver's iterate to a certified outcome;
 //! - `watched`: an increment as it is shown to who watches a path ([`SolvedIncrement`]), and its
 //!   discrete friction problem ([`FrictionProblem`]);
+//! - `wearing`: the wear of each increment, and the shape that it leaves;
 //! - `follow`: the whole path ([`solve`](fn@crate::solve)), its coarser grids and the estimate.
 
 mod follow;
 mod increment;
 mod watched;
+mod wearing;
 
 pub use follow::{Watch, solve, solve_watched};
 pub(crate) use increment::{Certifying, Departure, Increment, certify_increment, in_units};

@@ -15,7 +15,8 @@
 //! - `placement`: the depth to which a scene lowers its wheel;
 //! - `gap`: g₀ of every shape, at a point and as a mean over an element;
 //! - `domain`: the Ω of a scene;
-//! - `rail_place`: the places on a rail that belong to points of Ω.
+//! - `rail_place`: the places on a rail that belong to points of Ω;
+//! - `wheel_creepage`: the creepages of a wheel, from the motion of its wheelset.
 
 mod contact_plane;
 mod curve;
@@ -29,6 +30,7 @@ mod profile;
 mod rail_place;
 mod surface;
 mod track;
+mod wheel_creepage;
 mod wheel_rail;
 
 pub use contact_plane::ContactPlane;
@@ -42,4 +44,6 @@ pub use profile::{LineFaults, Profile, ProfileError, ProfileKind, ReadProfile};
 pub use rail_place::{RailPlace, rail_places};
 pub use surface::{Surface, SurfaceError, Surfaces};
 pub use track::{Frame, Position, Track, WheelRailError, Wheelset};
+pub(crate) use wheel_creepage::with_creepages;
+pub use wheel_creepage::{WheelCreepages, wheel_creepages};
 pub use wheel_rail::{Curvatures, WheelOnRail};

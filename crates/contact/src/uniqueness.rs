@@ -15,7 +15,8 @@
 //! - `descent`: local minimisation of F, for a witness;
 //! - `newton`: Newton's method in it, for few elements;
 //! - [`upper`]: the search for a witness, from many starts;
-//! - `bracket`: both sides of μ* at once.
+//! - `bracket`: both sides of μ* at once;
+//! - [`rolling`]: what is proved where nothing couples, in rolling too.
 //!
 //! # Definition
 //! The source is A. I. Alexandrov, "The solution of elastic contact problems with the use of
@@ -87,6 +88,7 @@ pub mod lower;
 mod newton;
 mod question;
 mod ratio;
+pub mod rolling;
 mod symmetry;
 mod system;
 pub mod upper;

@@ -54,7 +54,8 @@ mod unit;
 
 pub use condition::{FilterError, UnknownColumn};
 pub use field::{
-    Field, FieldError, FieldGrid, SeriesFile, TerminalInk, Values, VtiError, field_csv, pvd, vti,
+    CutPlane, Field, FieldError, FieldGrid, SeriesFile, TerminalInk, Values, VtiError, field_csv,
+    pvd, vti,
 };
 pub use page::{
     JobColumn, JobMaps, JobTable, Page, PageBlock, PageFigure, PageSection, quantity_words,

@@ -1,10 +1,12 @@
 //! Assembles the scene and the numerics that a sheet describes.
 
+mod interior;
 mod rolling;
+mod wheelset;
 
 use contact::model::{
     Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
-    Projection, Punch, Scene, SceneError, Shape, Side, Step, WheelRail,
+    Projection, Punch, Scene, SceneError, Shape, Side, Step, Wear, WheelRail,
 };
 
 use crate::error::Mistake;
@@ -16,7 +18,7 @@ use crate::sheet::{
 };
 use crate::surface::MapExtent;
 use crate::units::{Compact, LengthUnit};
-use rolling::RollingWay;
+use rolling::{RollingWay, rolling};
 
 /// Returns the keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
 fn needed(shape: &str) -> &'static [Key] {
@@ -41,6 +43,10 @@ const WHEEL_ON_RAIL: &[(Key, f64)] = &[
     (Key::Roll, 0.0),
 ];
 
+/// The keys of a wheelset's motion.
+const WHEELSET_MOTION: &[Key] =
+    &[Key::Speed, Key::AngularSpeed, Key::LateralVelocity, Key::YawRate, Key::RollRate];
+
 /// The keys of a height map that say how its file is read.
 pub(crate) const HEIGHT_MAP: &[Key] =
     &[Key::HeightUnit, Key::LateralUnit, Key::Missing, Key::MissingValue];
@@ -50,9 +56,12 @@ const STEEPEST: f64 = 10.0;
 
 /// Returns the keys that a shape may have beyond those that it needs.
 fn optional(shape: &str) -> impl Iterator<Item = Key> {
-    let of_wheels = if shape == "wheel-on-rail" { WHEEL_ON_RAIL } else { &[] };
+    let is_wheel = shape == "wheel-on-rail";
+    let of_wheels = if is_wheel { WHEEL_ON_RAIL } else { &[] };
+    let of_motions = if is_wheel { WHEELSET_MOTION } else { &[] };
     let of_maps = if shape == "height-map" { HEIGHT_MAP } else { &[] };
-    of_wheels.iter().map(|(key, _)| *key).chain(of_maps.iter().copied())
+    let further = of_motions.iter().chain(of_maps).copied();
+    of_wheels.iter().map(|(key, _)| *key).chain(further)
 }
 
 /// Puts the indefinite article before a word.
@@ -113,8 +122,10 @@ impl<'a> Assembler<'a> {
             foundation: self.foundation(),
             punch: Punch { shape: self.shape(), material: self.material() },
             friction: Friction { mu: self.mu() },
+            wear: self.wear(),
             domain: self.domain(),
             loading: self.loading(),
+            interior: self.interior(),
         };
         let numerics = Numerics {
             mesh: self.mesh(),
@@ -190,7 +201,7 @@ impl<'a> Assembler<'a> {
     }
 
     fn step(&mut self, i: u32) -> Step {
-        let RollingWay { rolling, increments } = self.rolling(i);
+        let RollingWay { rolling, increments } = rolling(self.sheet, i, &mut self.mistakes);
         let number = |key| self.sheet.number(key);
         let step = Step {
             approach: number(Key::Approach(i)),
@@ -305,6 +316,17 @@ impl<'a> Assembler<'a> {
         Material { shear_modulus: modulus, poisson: ratio }
     }
 
+    fn wear(&mut self) -> Option<Wear> {
+        let keys = [Key::WearCoefficient, Key::WearUpdate, Key::WearRepeat];
+        let is_begun = Table::find("wear").is_some_and(|wear| self.places.has(&wear));
+        let any = is_begun || keys.iter().any(|key| self.sheet.get(*key).is_some());
+        any.then(|| Wear {
+            coefficient: self.number(Key::WearCoefficient),
+            update: self.sheet.flag(Key::WearUpdate).unwrap_or(false),
+            repeat: self.sheet.count(Key::WearRepeat).unwrap_or(1),
+        })
+    }
+
     fn domain(&mut self) -> Option<Domain> {
         let keys = [Key::DomainWidthX, Key::DomainWidthY, Key::DomainCenterX, Key::DomainCenterY];
         let any = keys.iter().any(|key| self.sheet.get(*key).is_some());
@@ -354,7 +376,8 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    fn wheel_on_rail(&self) -> WheelRail {
+    fn wheel_on_rail(&mut self) -> WheelRail {
+        let motion = self.motion();
         let number = |key| {
             let default = || {
                 WHEEL_ON_RAIL
@@ -381,6 +404,7 @@ impl<'a> Assembler<'a> {
             lateral: number(Key::Lateral),
             yaw: number(Key::Yaw),
             roll: number(Key::Roll),
+            motion,
         }
     }
 
@@ -539,18 +563,26 @@ pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces
     let of_young = named.and_then(Key::alternative).filter(|key| {
         sheet.get(*key).is_some() && named.is_none_or(|key| sheet.get(key).is_none())
     });
+    // One depth may be given by a key of its own.
+    let as_one = named == Some(Key::InteriorDepths)
+        && sheet.get(Key::InteriorDepths).is_none()
+        && sheet.get(Key::InteriorDepth).is_some();
+    let of_young = of_young.or(as_one.then_some(Key::InteriorDepth));
     let key = of_young.or(named);
     let path = of_young.map_or_else(|| error.key.clone(), |key| key.short().into_owned());
     let message = |value: &str| match key.map(Key::quantity) {
         // The message about a list says what is wrong with it; it does not repeat the list.
         Some(Quantity::List(_)) => format!("`{path}` has {value}"),
+        Some(Quantity::Lengths | Quantity::Places) => format!("`{path}` cannot have {value}"),
         Some(Quantity::Effects) => format!("`{path}` cannot name `{value}`"),
         _ => format!("`{path}` cannot be {value}"),
     };
     match key.and_then(|key| Some((key, sheet.get(key)?))) {
         Some((key, given)) => {
             let value = match key.quantity() {
-                Quantity::List(_) | Quantity::Effects => error.value.clone(),
+                Quantity::List(_) | Quantity::Effects | Quantity::Lengths | Quantity::Places => {
+                    error.value.clone()
+                }
                 _ => given.setting.to_string(),
             };
             // If there are too many increments, the step with most of them is at fault.

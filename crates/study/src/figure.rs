@@ -8,6 +8,7 @@
 //! series = ["mesh"]           # one curve for each value; if left out, for each combination of
 //!                             # the axes left over
 //! panels = "punch"            # one panel for each value
+//! where = "spin == 0"         # only the points for which this holds, as in query --where
 //! log_x = true                # log_y likewise; neither if left out
 //! band = ["mu_low", "mu_high"]  # shaded between two columns; y may then be left out
 //! front = true                # marks the points that no other one is below and left of
@@ -36,17 +37,19 @@
 
 use std::cmp::Reverse;
 
+use condition::{Condition, ConditionNames, UnknownColumn, ValueKind};
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::axis::{Group, SweepAxis};
 use crate::column_name::column_name;
-use crate::columns::{Column, along_path, find};
+use crate::columns::{Column, along_path, find, nearest_name};
 use crate::design::arrangement::Arrangement;
 use crate::error::{Mistake, Span, are_enough};
 use crate::quantity::one_of;
 use crate::read::{self, Node};
 use crate::suggestion::nearest;
+use crate::value::ValueType;
 
 /// The form of a figure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -112,6 +115,8 @@ pub struct Figure {
     /// True if every increment is a point, joined along the loading path; else only the end of the
     /// path is one.
     pub steps: bool,
+    /// The condition on columns that holds at the points which it shows; `None` shows all.
+    pub condition: Option<String>,
     /// True if the abscissa is logarithmic.
     pub log_x: bool,
     /// True if the ordinate is logarithmic.
@@ -144,6 +149,7 @@ impl Figure {
             series,
             panels,
             steps: false,
+            condition: None,
             log_x: false,
             log_y: false,
             fit: false,
@@ -206,6 +212,15 @@ impl Figure {
         self.y.iter().chain(self.band.iter().flatten()).chain(counted)
     }
 
+    /// Returns the condition of the rows that it is made of, where only those count for which
+    /// `filter` holds; `None` if all do.
+    pub fn filtered(&self, filter: Option<&str>) -> Option<String> {
+        match (&self.condition, filter) {
+            (Some(condition), Some(filter)) => Some(format!("({condition}) && ({filter})")),
+            (condition, filter) => condition.as_deref().or(filter).map(str::to_owned),
+        }
+    }
+
     /// Returns the name of its files without an ending: the name of the study, followed by that of
     /// the figure unless that is only the number of the first.
     pub fn stem(&self, study: &str) -> String {
@@ -217,8 +232,8 @@ impl Figure {
 const MOST_FIGURES: usize = 100;
 
 const KEYS: &[&str] = &[
-    "name", "title", "kind", "x", "y", "series", "panels", "steps", "log_x", "log_y", "fit",
-    "band", "front", "names", "bins", "share",
+    "name", "title", "kind", "x", "y", "series", "panels", "steps", "where", "log_x", "log_y",
+    "fit", "band", "front", "names", "bins", "share",
 ];
 
 /// Reads `[figure]` or every `[[figure]]`; `columns` are the study's.
@@ -341,6 +356,9 @@ fn read_figure(
             }
         },
     );
+    let condition = table.get("where").and_then(|node| {
+        read_condition(node, columns).map_err(|mistake| mistakes.push(mistake)).ok()
+    });
     let y = table
         .get("y")
         .and_then(|node| read_y("y", node, columns, mistakes))
@@ -389,6 +407,7 @@ fn read_figure(
         series,
         panels,
         steps,
+        condition,
         log_x,
         log_y,
         fit,
@@ -397,6 +416,44 @@ fn read_figure(
         names,
         ..Figure::new(x, y)
     })
+}
+
+/// The names of columns in a condition.
+struct ColumnNames<'a>(&'a [Column]);
+
+impl ConditionNames for ColumnNames<'_> {
+    fn find(&self, name: &str) -> Result<usize, UnknownColumn> {
+        let found = find(self.0, name).map(|column| column.name.as_ref());
+        let place = self.0.iter().position(|column| Some(column.name.as_ref()) == found);
+        place.ok_or_else(|| UnknownColumn {
+            name: name.to_owned(),
+            close: nearest_name(self.0, name).map(str::to_owned).into_iter().collect(),
+            columns: self.0.iter().map(|column| column.name.to_string()).collect(),
+        })
+    }
+
+    fn kind(&self, index: usize) -> ValueKind {
+        match self.0.get(index).map(|column| (column.values(), column.name.as_ref())) {
+            // A mesh that is a pair is a text.
+            None | Some((_, "mesh")) => ValueKind::Unknown,
+            Some((ValueType::Number | ValueType::Integer, _)) => ValueKind::Number,
+            Some((ValueType::Text, _)) => ValueKind::Text,
+        }
+    }
+}
+
+/// Reads the condition of the points that a figure shows.
+fn read_condition(node: &Node<'_>, columns: &[Column]) -> Result<String, Mistake> {
+    let text = read::text("figure.where", node)?;
+    match Condition::new(&text, &ColumnNames(columns)) {
+        Ok(_) => Ok(text),
+        Err(error) => {
+            let words = error.to_string();
+            let (first, rest) = words.split_once('\n').unwrap_or((&words, ""));
+            let message = "`figure.where` is no condition on the study's columns";
+            Err(Mistake::new(node.span(), message, first).help(rest))
+        }
+    }
 }
 
 fn read_kind(node: &Node<'_>) -> Result<FigureKind, Mistake> {
@@ -434,8 +491,8 @@ fn read_bins(node: &Node<'_>) -> Result<u32, Mistake> {
 
 /// The keys of figures of points.
 const OF_POINTS: &[&str] = &[
-    "x", "series", "panels", "steps", "log_x", "log_y", "fit", "band", "front", "names", "bins",
-    "share",
+    "x", "series", "panels", "steps", "where", "log_x", "log_y", "fit", "band", "front", "names",
+    "bins", "share",
 ];
 
 /// Refuses a figure of sensitivity in a study that has none.

@@ -52,11 +52,12 @@ enum FormulaOperator {
     Power,
 }
 
-/// The powers of a metre and of a newton in a unit.
+/// The powers of a metre, a newton and a second in a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct UnitPowers {
     metre: f64,
     newton: f64,
+    second: f64,
 }
 
 /// The reason why a text is no formula.
@@ -105,25 +106,32 @@ functions! {
 }
 
 impl UnitPowers {
-    const PURE: UnitPowers = UnitPowers { metre: 0.0, newton: 0.0 };
+    const PURE: UnitPowers = UnitPowers { metre: 0.0, newton: 0.0, second: 0.0 };
 
     /// Returns the powers in the SI unit of a dimension.
     pub(crate) fn of(dimension: Dimension) -> UnitPowers {
-        let [metre, newton] = match dimension {
-            Dimension::Pure | Dimension::Angle | Dimension::Time => [0.0, 0.0],
-            Dimension::Length => [1.0, 0.0],
-            Dimension::Area => [2.0, 0.0],
-            Dimension::Pressure => [-2.0, 1.0],
-            Dimension::Force | Dimension::EnergyPerLength => [0.0, 1.0],
-            Dimension::AnglePerLength => [-1.0, 0.0],
-            Dimension::Moment | Dimension::Energy => [1.0, 1.0],
+        let [metre, newton, second] = match dimension {
+            Dimension::Pure | Dimension::Angle => [0.0, 0.0, 0.0],
+            Dimension::Length => [1.0, 0.0, 0.0],
+            Dimension::Area => [2.0, 0.0, 0.0],
+            Dimension::Volume => [3.0, 0.0, 0.0],
+            Dimension::Pressure => [-2.0, 1.0, 0.0],
+            Dimension::PerPressure => [2.0, -1.0, 0.0],
+            Dimension::Force | Dimension::EnergyPerLength => [0.0, 1.0, 0.0],
+            Dimension::AnglePerLength => [-1.0, 0.0, 0.0],
+            Dimension::Moment | Dimension::Energy => [1.0, 1.0, 0.0],
+            Dimension::Time => [0.0, 0.0, 1.0],
+            Dimension::Velocity => [1.0, 0.0, -1.0],
+            Dimension::AngularVelocity => [0.0, 0.0, -1.0],
         };
-        UnitPowers { metre, newton }
+        UnitPowers { metre, newton, second }
     }
 
     /// Returns whether two units measure the same. Powers are quotients of small whole numbers.
     pub(crate) fn fits(self, other: UnitPowers) -> bool {
-        (self.metre - other.metre).abs() < 1e-9 && (self.newton - other.newton).abs() < 1e-9
+        let pairs =
+            [(self.metre, other.metre), (self.newton, other.newton), (self.second, other.second)];
+        pairs.iter().all(|(power, other)| (power - other).abs() < 1e-9)
     }
 
     fn is_pure(self) -> bool {
@@ -135,6 +143,7 @@ impl UnitPowers {
         UnitPowers {
             metre: self.metre + count * other.metre,
             newton: self.newton + count * other.newton,
+            second: self.second + count * other.second,
         }
     }
 
@@ -147,7 +156,8 @@ impl UnitPowers {
             Dimension::Pressure,
             Dimension::Force,
             Dimension::Moment,
-            Dimension::AnglePerLength,
+            Dimension::PerPressure,
+            Dimension::Velocity,
         ];
         if let Some(dimension) = named.into_iter().find(|known| self.fits(Self::of(*known))) {
             return dimension.noun().to_owned();
@@ -160,7 +170,9 @@ impl UnitPowers {
                 count => Some(format!("{symbol}^{count}")),
             }
         };
-        let powers = [("N", self.newton), ("m", self.metre)].into_iter().filter_map(power);
+        let powers = [("N", self.newton), ("m", self.metre), ("s", self.second)]
+            .into_iter()
+            .filter_map(power);
         format!("a quantity in {}", powers.collect::<Vec<_>>().join(" "))
     }
 }

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
 use contact::model::{
-    Base, Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Punch, Scene,
-    SceneError, Shape,
+    Base, Domain, Foundation, Friction, InteriorQuestion, Loading, Material, Mesh, Method,
+    Numerics, Punch, Scene, SceneError, Shape, Wear,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::{Question, WitnessSearch};
@@ -50,7 +50,7 @@ pub enum Job {
 
 /// A scene, and the accuracy with which it is to be solved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "CaseText")]
+#[serde(from = "CaseText", into = "WrittenCase")]
 pub struct Case {
     /// The scene.
     pub scene: Scene,
@@ -195,6 +195,7 @@ impl Case {
         let scene = &mut self.scene;
         scene.loading = scene.loading.normalised();
         scene.friction.mu += 0.0;
+        scene.wear = scene.wear.map(Wear::normalised);
         normalise(&mut scene.foundation, &mut scene.punch.material);
         if let Shape::WheelOnRail(wheel) = &mut scene.punch.shape {
             for x in [
@@ -206,6 +207,16 @@ impl Case {
             ] {
                 *x += 0.0;
             }
+            if let Some(motion) = &mut wheel.motion {
+                motion.angular_speed = motion.angular_speed.map(|speed| speed + 0.0);
+                for x in [&mut motion.lateral_velocity, &mut motion.yaw_rate, &mut motion.roll_rate]
+                {
+                    *x += 0.0;
+                }
+            }
+        }
+        if let Some(InteriorQuestion { depths, points, .. }) = &mut scene.interior {
+            depths.iter_mut().chain(points.iter_mut().flatten()).for_each(|x| *x += 0.0);
         }
         self.numerics.epsilon += 0.0;
         self.numerics.simulate.sort();
@@ -226,11 +237,27 @@ fn normalise(foundation: &mut Foundation, punch: &mut Option<Material>) {
     }
 }
 
+/// A case as it is written: what is asked beyond the solution stands beside the scene.
+#[derive(Serialize)]
+struct WrittenCase {
+    scene: Scene,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interior: Option<InteriorQuestion>,
+    numerics: Numerics,
+}
+
+impl From<Case> for WrittenCase {
+    fn from(Case { scene, numerics }: Case) -> Self {
+        Self { interior: scene.interior.clone(), scene, numerics }
+    }
+}
+
 /// A case as it is read. Serde reads no flattened field in a struct that denies unknown fields, as
 /// the scene's punch does. [`Job::parse`] finds unknown fields by comparing texts.
 #[derive(Deserialize)]
 struct CaseText {
     scene: SceneText,
+    interior: Option<InteriorQuestion>,
     numerics: Numerics,
 }
 
@@ -239,6 +266,7 @@ struct SceneText {
     foundation: Foundation,
     punch: PunchText,
     friction: Friction,
+    wear: Option<Wear>,
     domain: Option<Domain>,
     loading: Loading,
 }
@@ -251,11 +279,12 @@ struct PunchText {
 }
 
 impl From<CaseText> for Case {
-    fn from(CaseText { scene, numerics }: CaseText) -> Case {
+    fn from(CaseText { scene, interior, numerics }: CaseText) -> Case {
         let SceneText {
             foundation,
             punch: PunchText { shape, material },
             friction,
+            wear,
             domain,
             loading,
         } = scene;
@@ -264,8 +293,10 @@ impl From<CaseText> for Case {
                 foundation,
                 punch: Punch { shape, material },
                 friction,
+                wear,
                 domain,
                 loading,
+                interior,
             },
             numerics,
         }
@@ -336,8 +367,10 @@ pub(crate) mod tests {
                 foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),
                 punch: Punch { shape: Shape::Sphere { radius: 0.05 }, material: None },
                 friction: Friction { mu: 0.3 },
+                wear: None,
                 domain: None,
                 loading: Loading::path(vec![Step { approach: Some(2e-5), ..Step::default() }]),
+                interior: None,
             },
             numerics,
         }

@@ -6,8 +6,8 @@
 //! `foundation.layers[1].thickness` fills the column `layer1_thickness`, and
 //! `loading.steps[2].shift_x` the column `step2_shift_x`. Most studies have one step, and its keys
 //! do without the index: the motions, the normal force and the rolling of `steps[0]` fill
-//! `approach`, `normal_force`, `shift_x`, `creepage_x` … Its tangential forces and moments do not, because `force_x` is a
-//! result.
+//! `approach`, `normal_force`, `shift_x`, `creepage_x` … Its tangential forces and moments do not,
+//! because `force_x` is a result.
 
 use std::borrow::Cow;
 
@@ -70,8 +70,11 @@ macro_rules! keys {
     };
 }
 
-use Dimension::{Angle, AnglePerLength, Force, Length, Moment, Pressure, Pure};
-use Quantity::{Choice, Count, Effects, Flag, LengthUnit, List, Number, Text};
+use Dimension::{
+    Angle, AnglePerLength, AngularVelocity, Force, Length, Moment, PerPressure, Pressure, Pure,
+    Velocity,
+};
+use Quantity::{Choice, Count, Effects, Flag, LengthUnit, Lengths, List, Number, Places, Text};
 
 /// Examples of a layer and a load step.
 const LAYER: &str = "{ youngs_modulus = \"210 GPa\", poisson = 0.3, thickness = \"0.5 mm\" }";
@@ -142,6 +145,18 @@ keys! {
         Number(Angle), "yaw of the wheelset about z, positive turns x towards y";
     Roll, "scene.punch.roll", "roll",
         Number(Angle), "roll of the wheelset about x, positive lowers the right wheel";
+    Speed, "scene.punch.speed", "speed",
+        Number(Velocity), "velocity of the wheelset along the track; steps that roll then take \
+        their creepages from its motion";
+    AngularSpeed, "scene.punch.angular_speed", "angular_speed",
+        Number(AngularVelocity), "angular speed of the wheelset about its axle, speed over \
+        rolling_radius unless given";
+    LateralVelocity, "scene.punch.lateral_velocity", "lateral_velocity",
+        Number(Velocity), "velocity of the wheelset along y, positive to the right";
+    YawRate, "scene.punch.yaw_rate", "yaw_rate",
+        Number(AngularVelocity), "rate of the wheelset's yaw, against rails that rest";
+    RollRate, "scene.punch.roll_rate", "roll_rate",
+        Number(AngularVelocity), "rate of the wheelset's roll";
     PunchShearModulus, "scene.punch.material.shear_modulus", "punch_shear_modulus",
         Number(Pressure), "shear modulus G of an elastic punch";
     PunchYoungsModulus, "scene.punch.material.youngs_modulus", "punch_youngs_modulus",
@@ -149,6 +164,12 @@ keys! {
     PunchPoisson, "scene.punch.material.poisson", "punch_poisson",
         Number(Pure), "Poisson's ratio ν of an elastic punch";
     Mu, "scene.friction.mu", "mu", Number(Pure), "coefficient of friction μ";
+    WearCoefficient, "scene.wear.coefficient", "wear_coefficient", Number(PerPressure),
+        "wear coefficient k of both surfaces together: depth over pressure and sliding distance";
+    WearUpdate, "scene.wear.update", "wear_update", Flag,
+        "whether each increment meets the shape that the wear before it has left";
+    WearRepeat, "scene.wear.repeat", "wear_repeat", Count,
+        "cycles that each cycle of the path stands for: it wears so many times as much";
     DomainWidthX, "scene.domain.width_x", "domain_width_x", Number(Length), "extent of Ω along x";
     DomainWidthY, "scene.domain.width_y", "domain_width_y", Number(Length), "extent of Ω along y";
     DomainCenterX, "scene.domain.center_x", "domain_center_x",
@@ -201,6 +222,14 @@ keys! {
     CycleFrom, "scene.loading.cycle_from", "cycle_from",
         Count, "index of the step with which a cycle begins";
     Cycles, "scene.loading.cycles", "cycles", Count, "how often the cycle is run through";
+    InteriorMaximum, "interior.maximum", "interior_maximum",
+        Flag, "whether the largest von Mises and Tresca stresses below the surface are sought";
+    InteriorDepth, "interior.depth", "interior_depth",
+        Number(Length), "depth of a plane below the surface on which stresses are computed";
+    InteriorDepths, "interior.depths", "interior_depths",
+        Lengths, "depths of planes below the surface on which stresses are computed";
+    InteriorPoints, "interior.points", "interior_points",
+        Places, "points below the surface at which the stress is computed";
     Mesh, "numerics.mesh", "mesh", Quantity::Mesh, "elements across Ω";
     Projection, "numerics.projection", "projection",
         Choice(&["average", "midpoint"]), "how the continuous operator becomes a matrix";
@@ -387,10 +416,12 @@ impl Table {
         table("scene.punch", "punch"),
         table("scene.punch.material", "punch_material"),
         table("scene.friction", "friction"),
+        table("scene.wear", "wear"),
         table("scene.domain", "domain"),
         table("scene.loading", "loading"),
         table("scene.loading.steps", "steps"),
         table("scene.loading.steps[i]", "step[i]"),
+        table("interior", "interior"),
         table("numerics", "numerics"),
         table("search", "search"),
     ];

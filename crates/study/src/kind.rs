@@ -8,10 +8,13 @@ pub mod convergence;
 pub mod cost;
 mod freedom;
 mod multiplicity;
+mod rolling;
+mod rolling_theory;
 pub mod sensitivity;
 mod solve;
 mod spec;
 mod uniqueness;
+mod wear;
 
 use toml::de::DeTable;
 

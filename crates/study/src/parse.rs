@@ -30,8 +30,8 @@ use crate::{accuracy, sample, sweep};
 
 /// The names at the top of a study before those of the tables of kinds.
 const KEYS: &[&str] = &[
-    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "points", "sweep",
-    "sample", "derive", "exclude", "keep", "refine", "bisect", "find", "fill",
+    "name", "question", "kind", "accuracy", "scene", "interior", "numerics", "search", "points",
+    "sweep", "sample", "derive", "exclude", "keep", "refine", "bisect", "find", "fill",
 ];
 
 /// Returns the names that may stand at the top of a study.

@@ -315,7 +315,7 @@ fn column_of(key: Option<Key>, name: &str, unit: Option<&str>) -> Result<Key, St
         });
     };
     let dimension = match key.quantity() {
-        Quantity::List(_) | Quantity::Effects => {
+        Quantity::List(_) | Quantity::Effects | Quantity::Lengths | Quantity::Places => {
             return Err("is a list, which no column can give".to_owned());
         }
         Quantity::Number(dimension) => dimension,

@@ -24,6 +24,10 @@ pub(crate) enum Quantity {
     LengthUnit,
     /// A list of names of effects; neither their order nor repetitions matter.
     Effects,
+    /// A list of lengths.
+    Lengths,
+    /// A list of places, each of three lengths.
+    Places,
     /// A list of tables like this one; its value is their number.
     List(&'static str),
 }
@@ -41,6 +45,9 @@ impl Quantity {
                     Dimension::Force => "1 kN",
                     Dimension::Moment => "2 N m",
                     Dimension::AnglePerLength => "0.1 rad/m",
+                    Dimension::PerPressure => "1e-8 1/MPa",
+                    Dimension::Velocity => "20 m/s",
+                    Dimension::AngularVelocity => "40 rad/s",
                     _ => return format!("a number in {}", dimension.unit()),
                 };
                 format!(
@@ -71,6 +78,8 @@ impl Quantity {
                     one_of(&Effect::OPTIONAL.map(Effect::name))
                 )
             }
+            Quantity::Lengths => "a list of lengths like [\"0.1 mm\", \"0.3 mm\"]".to_owned(),
+            Quantity::Places => "a list of points [x, y, z] like [[0, 0, \"0.1 mm\"]]".to_owned(),
             Quantity::List(example) => format!("a list of tables like [{example}]"),
         }
     }
@@ -84,6 +93,8 @@ impl Quantity {
             | Quantity::Flag
             | Quantity::Text
             | Quantity::LengthUnit
+            | Quantity::Lengths
+            | Quantity::Places
             | Quantity::Effects => ValueType::Text,
         }
     }

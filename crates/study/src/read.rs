@@ -215,6 +215,18 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
             }
             _ => Err(wrong()),
         },
+        Quantity::Lengths => match node.get_ref() {
+            DeValue::Array(lengths) => lengths_of(key, lengths.iter()).map(Setting::Lengths),
+            _ => Err(wrong()),
+        },
+        Quantity::Places => match node.get_ref() {
+            DeValue::Array(places) => places
+                .iter()
+                .map(|place| place_of(key, place))
+                .collect::<Result<_, _>>()
+                .map(Setting::Places),
+            _ => Err(wrong()),
+        },
         Quantity::Text => match node.get_ref() {
             DeValue::String(text) if text.chars().nth(LONGEST_TEXT).is_some() => {
                 Err(too_long(&key.short(), node))
@@ -262,6 +274,27 @@ fn mesh(key: Key, node: &Node<'_>) -> Result<Mesh, Mistake> {
             Err(Mistake::new(node.span(), message, expected))
         }
     }
+}
+
+/// Reads lengths.
+fn lengths_of<'t, 'i: 't>(
+    key: Key,
+    nodes: impl Iterator<Item = &'t Node<'i>>,
+) -> Result<Vec<f64>, Mistake> {
+    nodes.map(|node| number(&key.short(), Dimension::Length, node)).collect()
+}
+
+/// Reads a place of three coordinates.
+fn place_of(key: Key, node: &Node<'_>) -> Result<[f64; 3], Mistake> {
+    let DeValue::Array(coordinates) = node.get_ref() else {
+        return Err(mistyped(&key.short(), node, &key.quantity().expected()));
+    };
+    let coordinates = lengths_of(key, coordinates.iter())?;
+    let count = coordinates.len();
+    coordinates.try_into().map_err(|_| {
+        let message = format!("a point of `{}` has {count} coordinates", key.short());
+        Mistake::new(node.span(), message, "must have three: [x, y, z], with z into the foundation")
+    })
 }
 
 /// Reads the name of an effect. The scene's numerics decide whether it can be simulated.

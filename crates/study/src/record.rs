@@ -204,6 +204,7 @@ impl Record {
         for (index, step) in outcome.steps.iter().enumerate() {
             let Ending::Finished(path) = &mut partial.ending else { return };
             path.steps.push(*step);
+            path.further.wear.extend(outcome.further.wear.get(index));
             if index + 1 == outcome.steps.len() {
                 path.status = outcome.status.clone();
                 (path.estimate, path.hertz, path.rail) =

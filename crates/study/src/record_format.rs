@@ -200,7 +200,7 @@ fn misfit_of(fields: &Fields) -> Option<String> {
 mod tests {
     use proptest::prelude::*;
 
-    use contact::model::Wear;
+    use contact::model::Worn;
     use contact::multiplicity::{Multiplicity, Solution};
 
     use super::*;
@@ -221,8 +221,8 @@ mod tests {
     /// Returns a record with results that only some scenes ask for.
     fn worn() -> Record {
         let mut record = solved();
-        let wear = Wear { depth: 91.0, volume: 92.0 };
-        record.ending.take_further(Further { wear: Some(wear), ..Further::default() });
+        let wear = vec![Worn { depth: 91.0, volume: 92.0 }];
+        record.ending.take_further(Further { wear, ..Further::default() });
         record
     }
 

@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use contact::model::{
-    Base, Domain, Effect, Foundation, Loading, Material, Mesh, Method, Numerics, Projection,
-    RollingDirection, RollingHistory, Shape, Side, Step,
+    Base, Domain, Effect, Foundation, InteriorQuestion, Loading, Material, Mesh, Method, Numerics,
+    Projection, RollingDirection, RollingHistory, Shape, Side, Step, Wear, WheelsetMotion,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::Sole;
@@ -19,8 +19,10 @@ struct JobParts<'a> {
     shape: Option<Cow<'a, Shape>>,
     material: Option<&'a Material>,
     mu: Option<f64>,
+    wear: Option<&'a Wear>,
     domain: Option<&'a Domain>,
     loading: Option<&'a Loading>,
+    interior: Option<&'a InteriorQuestion>,
     mesh: Mesh,
     projection: Projection,
     epsilon: f64,
@@ -54,8 +56,10 @@ impl<'a> JobParts<'a> {
                 })),
                 material: question.punch.as_ref(),
                 mu: None,
+                wear: None,
                 domain: None,
                 loading: None,
+                interior: None,
                 mesh: question.mesh,
                 projection: question.projection,
                 epsilon: question.epsilon,
@@ -75,8 +79,10 @@ impl<'a> JobParts<'a> {
             shape: Some(Cow::Borrowed(&scene.punch.shape)),
             material: scene.punch.material.as_ref(),
             mu: Some(scene.friction.mu),
+            wear: scene.wear.as_ref(),
             domain: scene.domain.as_ref(),
             loading: Some(&scene.loading),
+            interior: scene.interior.as_ref(),
             mesh: numerics.mesh,
             projection: numerics.projection,
             epsilon: numerics.epsilon,
@@ -138,6 +144,11 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::FlangeBackDistance
         | Key::FlangeBackToOrigin
         | Key::Lateral
+        | Key::Speed
+        | Key::AngularSpeed
+        | Key::LateralVelocity
+        | Key::YawRate
+        | Key::RollRate
         | Key::Yaw
         | Key::Roll => of_shape(parts.shape.as_deref()?, key),
         // A job names its surface by content.
@@ -146,6 +157,9 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         Key::PunchYoungsModulus => number(youngs_modulus_of(parts.material?)),
         Key::PunchPoisson => number(parts.material?.poisson),
         Key::Mu => number(parts.mu?),
+        Key::WearCoefficient => number(parts.wear?.coefficient),
+        Key::WearUpdate => Some(Setting::Flag(parts.wear?.update)),
+        Key::WearRepeat => Some(Setting::Count(parts.wear?.repeat)),
         Key::DomainWidthX => number(parts.domain?.width_x),
         Key::DomainWidthY => number(parts.domain?.width_y),
         Key::DomainCenterX => number(parts.domain?.center_x),
@@ -174,6 +188,9 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::Steady(_)
         | Key::CycleFrom
         | Key::Cycles => of_loading(parts.loading?, key),
+        Key::InteriorMaximum | Key::InteriorDepth | Key::InteriorDepths | Key::InteriorPoints => {
+            of_interior(parts.interior?, key)
+        }
         Key::Mesh
         | Key::Projection
         | Key::Epsilon
@@ -250,6 +267,18 @@ fn of_shape(shape: &Shape, key: Key) -> Option<Setting> {
         (Key::Lateral, Shape::WheelOnRail(wheel)) => number(wheel.lateral),
         (Key::Yaw, Shape::WheelOnRail(wheel)) => number(wheel.yaw),
         (Key::Roll, Shape::WheelOnRail(wheel)) => number(wheel.roll),
+        (_, Shape::WheelOnRail(wheel)) => of_motion(wheel.motion.as_ref()?, key),
+        _ => None,
+    }
+}
+
+fn of_motion(motion: &WheelsetMotion, key: Key) -> Option<Setting> {
+    match key {
+        Key::Speed => number(motion.speed),
+        Key::AngularSpeed => number(motion.angular_speed?),
+        Key::LateralVelocity => number(motion.lateral_velocity),
+        Key::YawRate => number(motion.yaw_rate),
+        Key::RollRate => number(motion.roll_rate),
         _ => None,
     }
 }
@@ -317,6 +346,19 @@ fn distance_of(dq: f64, increments: u32) -> f64 {
     let (below, above) = (near.next_down(), near.next_up());
     let mut candidates = rounded.chain([near, below, above, below.next_down(), above.next_up()]);
     candidates.find(|distance| distance / f64::from(increments) == dq).unwrap_or(near)
+}
+
+/// Returns what is asked of the stresses below the surface. One depth is a number, which may be an
+/// axis, and several are a list.
+fn of_interior(question: &InteriorQuestion, key: Key) -> Option<Setting> {
+    let InteriorQuestion { maximum, depths, points } = question;
+    match (key, &depths[..]) {
+        (Key::InteriorMaximum, _) => maximum.then_some(Setting::Flag(true)),
+        (Key::InteriorDepth, [depth]) => number(*depth),
+        (Key::InteriorDepths, [_, _, ..]) => Some(Setting::Lengths(depths.clone())),
+        (Key::InteriorPoints, _) => (!points.is_empty()).then(|| Setting::Places(points.clone())),
+        _ => None,
+    }
 }
 
 fn of_numerics(parts: &JobParts<'_>, key: Key) -> Option<Setting> {

@@ -25,6 +25,10 @@ pub(crate) enum Setting {
     Flag(bool),
     /// Effects in their order, each once.
     Effects(Vec<Effect>),
+    /// Lengths in metres.
+    Lengths(Vec<f64>),
+    /// Places in metres.
+    Places(Vec<[f64; 3]>),
 }
 
 impl std::fmt::Display for Setting {
@@ -40,8 +44,19 @@ impl std::fmt::Display for Setting {
                     effects.iter().map(|effect| format!("\"{}\"", effect.name())).collect();
                 write!(f, "[{}]", names.join(", "))
             }
+            Setting::Lengths(lengths) => write!(f, "{}", listed(lengths)),
+            Setting::Places(places) => {
+                let places: Vec<String> = places.iter().map(|place| listed(place)).collect();
+                write!(f, "[{}]", places.join(", "))
+            }
         }
     }
+}
+
+/// Writes numbers as a list.
+fn listed(numbers: &[f64]) -> String {
+    let numbers: Vec<String> = numbers.iter().map(|x| Compact(*x).to_string()).collect();
+    format!("[{}]", numbers.join(", "))
 }
 
 impl From<&Setting> for Value {
@@ -52,6 +67,7 @@ impl From<&Setting> for Value {
             Setting::Mesh(Mesh::Exact([x, y])) => Value::Text(format!("{x}x{y}")),
             Setting::Word(word) => Value::Text(word.clone()),
             Setting::Flag(yes) => Value::Text(yes.to_string()),
+            Setting::Lengths(_) | Setting::Places(_) => Value::Text(setting.to_string()),
             Setting::Effects(effects) if effects.is_empty() => Value::Missing,
             Setting::Effects(effects) => Value::Text(
                 effects.iter().map(|effect| effect.name()).collect::<Vec<_>>().join(" "),

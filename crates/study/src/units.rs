@@ -32,6 +32,14 @@ pub enum Dimension {
     AnglePerLength,
     /// An energy per length \[J/m\].
     EnergyPerLength,
+    /// One over a pressure \[1/Pa\].
+    PerPressure,
+    /// A volume \[m³\].
+    Volume,
+    /// A velocity \[m/s\].
+    Velocity,
+    /// An angular velocity \[rad/s\].
+    AngularVelocity,
 }
 
 impl Dimension {
@@ -50,6 +58,10 @@ impl Dimension {
             Dimension::Time => "s",
             Dimension::AnglePerLength => "rad/m",
             Dimension::EnergyPerLength => "J/m",
+            Dimension::PerPressure => "1/Pa",
+            Dimension::Volume => "m³",
+            Dimension::Velocity => "m/s",
+            Dimension::AngularVelocity => "rad/s",
         }
     }
 
@@ -67,6 +79,10 @@ impl Dimension {
             Dimension::Time => "a time",
             Dimension::AnglePerLength => "an angle per length",
             Dimension::EnergyPerLength => "an energy per length",
+            Dimension::PerPressure => "one over a pressure",
+            Dimension::Volume => "a volume",
+            Dimension::Velocity => "a velocity",
+            Dimension::AngularVelocity => "an angular velocity",
         }
     }
 
@@ -144,6 +160,28 @@ const UNITS: &[Unit] = &[
     ten("1/m", Dimension::AnglePerLength, 0),
     ten("1/mm", Dimension::AnglePerLength, 3),
     ten("1/km", Dimension::AnglePerLength, -3),
+    ten("1/Pa", Dimension::PerPressure, 0),
+    ten("1/kPa", Dimension::PerPressure, -3),
+    ten("1/MPa", Dimension::PerPressure, -6),
+    ten("1/GPa", Dimension::PerPressure, -9),
+    ten("m^2/N", Dimension::PerPressure, 0),
+    ten("mm^2/N", Dimension::PerPressure, -6),
+    ten("m^3/(N m)", Dimension::PerPressure, 0),
+    ten("mm^3/(N m)", Dimension::PerPressure, -9),
+    ten("mm^3/(N mm)", Dimension::PerPressure, -6),
+    ten("um^3/(N m)", Dimension::PerPressure, -18),
+    ten("um^3/(N mm)", Dimension::PerPressure, -15),
+    ten("m^3/J", Dimension::PerPressure, 0),
+    ten("mm^3/J", Dimension::PerPressure, -9),
+    ten("m/s", Dimension::Velocity, 0),
+    ten("cm/s", Dimension::Velocity, -2),
+    ten("mm/s", Dimension::Velocity, -3),
+    times("km/h", Dimension::Velocity, 1.0 / 3.6),
+    ten("rad/s", Dimension::AngularVelocity, 0),
+    ten("mrad/s", Dimension::AngularVelocity, -3),
+    times("deg/s", Dimension::AngularVelocity, std::f64::consts::PI / 180.0),
+    times("rpm", Dimension::AngularVelocity, std::f64::consts::PI / 30.0),
+    ten("1/s", Dimension::AngularVelocity, 0),
 ];
 
 /// Words that people write who mean a unit, each with the unit.
@@ -172,6 +210,16 @@ const MEANT: &[(&str, &str)] = &[
     ("/m", "1/m"),
     ("m^-1", "1/m"),
     ("/mm", "1/mm"),
+    ("pa^-1", "1/Pa"),
+    ("/pa", "1/Pa"),
+    ("mpa^-1", "1/MPa"),
+    ("/mpa", "1/MPa"),
+    ("kmh", "km/h"),
+    ("kph", "km/h"),
+    ("mps", "m/s"),
+    ("/s", "1/s"),
+    ("s^-1", "1/s"),
+    ("1/min", "rpm"),
 ];
 
 /// Returns the unit that a symbol stands for, however it is spelled.
@@ -195,9 +243,15 @@ fn plain(symbol: &str) -> String {
     let letter = |c: char| match c {
         'µ' | 'μ' => 'u',
         '²' => '2',
+        '³' => '3',
         '*' | '·' | '⋅' | '.' => ' ',
         c => c,
     };
+    // A denominator may stand in parentheses.
+    let opened = symbol
+        .split_once("/(")
+        .and_then(|(above, below)| Some(format!("{above}/{}", below.strip_suffix(')')?)));
+    let symbol = opened.as_deref().unwrap_or(symbol);
     let letters: String = symbol.chars().filter(|c| *c != '^').map(letter).collect();
     let words = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
     letters.split('/').map(words).collect::<Vec<_>>().join("/")
@@ -216,7 +270,7 @@ fn nearest(symbol: &str, wanted: Dimension) -> Option<&'static str> {
 
 /// The reason why a text is not a quantity of the dimension that its key needs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum QuantityError {
+pub enum QuantityError {
     /// The text does not begin with a number.
     #[error("`{text}` does not begin with a number")]
     NoNumber {
@@ -267,7 +321,7 @@ pub(crate) enum QuantityError {
 /// # Errors
 ///
 /// Returns an error if the text is not a number with a unit of the dimension `wanted`.
-pub(crate) fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
+pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
     let whole = text.trim();
     let (number, symbol) =
         split_number(whole).ok_or_else(|| QuantityError::NoNumber { text: text.to_owned() })?;
@@ -445,6 +499,16 @@ mod tests {
             ("1 in", Dimension::Length, 0.0254),
             ("0.2 rad/mm", Dimension::AnglePerLength, 200.0),
             ("0.2 1/m", Dimension::AnglePerLength, 0.2),
+            ("2e-8 1/MPa", Dimension::PerPressure, 2e-14),
+            ("1e-5 mm³/(N·m)", Dimension::PerPressure, 1e-14),
+            ("1e-5 mm^3/Nm", Dimension::PerPressure, 1e-14),
+            ("1e-5mm3/N m", Dimension::PerPressure, 1e-14),
+            ("3e-8 mm2/N", Dimension::PerPressure, 3e-14),
+            ("4 um^3/(N*mm)", Dimension::PerPressure, 4e-15),
+            ("72 km/h", Dimension::Velocity, 20.0),
+            ("3 mm/s", Dimension::Velocity, 0.003),
+            ("30 rpm", Dimension::AngularVelocity, std::f64::consts::PI),
+            ("4.5 1/s", Dimension::AngularVelocity, 4.5),
         ] {
             assert_eq!(quantity(text, dimension), Ok(value), "{text}");
         }

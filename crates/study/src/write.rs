@@ -17,8 +17,11 @@ impl Job {
         let is_distance = |step| setting(self, Key::Distance(step)).is_some();
         let goes_without_saying = |key: Key, setting: &Setting| match key {
             Key::Increments(step) => *setting == Setting::Count(1) && !is_distance(step),
-            Key::Cycles => *setting == Setting::Count(1),
-            Key::SpinCenter(_) => *setting == Setting::Number(0.0),
+            Key::Cycles | Key::WearRepeat => *setting == Setting::Count(1),
+            Key::WearUpdate => *setting == Setting::Flag(false),
+            Key::SpinCenter(_) | Key::LateralVelocity | Key::YawRate | Key::RollRate => {
+                *setting == Setting::Number(0.0)
+            }
             Key::Direction(_) => *setting == Setting::Word("forward".to_owned()),
             Key::Steady(_) => *setting == Setting::Flag(false),
             Key::Dq(step) => is_distance(step),

@@ -103,6 +103,42 @@ count = 6
 "punch.radius" = { from = "8 mm", to = "12 mm" }
 "#;
 
+/// A ball that is pressed, rolls and comes into its steady state, with every creepage.
+const ROLLING: &str = r#"
+name = "kinds"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+friction.mu = 0.3
+loading.steps = [
+    { normal_force = "10 N" },
+    { distance = "0.1 mm", increments = 4, creepage_x = 1e-3, spin = "1 rad/m" },
+    { steady = true, creepage_x = 2e-3, creepage_y = 1e-3 },
+]
+[numerics]
+mesh = 20
+[sweep]
+"loading.steps[1].creepage_x" = [0, 1e-3, 3e-3]
+"loading.steps[2].creepage_y" = [-1e-3, 0, 1e-3, 3e-3]
+"#;
+
+/// A ball that frets and wears its shape.
+const WEAR: &str = r#"
+name = "kinds"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+friction.mu = 0.6
+wear.coefficient = "2e-7 1/MPa"
+domain = { width_x = "0.5 mm", width_y = "0.5 mm" }
+loading.steps = [{ normal_force = "50 N" }, { shift_x = "4 um", increments = 8 }]
+[numerics]
+mesh = 20
+[sweep]
+"wear.update" = [false, true]
+"wear.coefficient" = ["1e-8 1/MPa", "2e-8 1/MPa", "5e-8 1/MPa", "1e-7 1/MPa", "2e-7 1/MPa", "3e-7 1/MPa"]
+"#;
+
 /// Waits until some jobs are durable and some are not; returns `false` if the study was over before
 /// that was seen.
 fn is_in_its_middle(running: &mut Running) -> bool {
@@ -212,6 +248,16 @@ fn samples_survive() {
 #[test]
 fn measured_convergence_survives() {
     survives(CONVERGENCE, 12);
+}
+
+#[test]
+fn rolling_contacts_survive() {
+    survives(ROLLING, 12);
+}
+
+#[test]
+fn contacts_that_wear_survive() {
+    survives(WEAR, 12);
 }
 
 #[test]

@@ -81,10 +81,10 @@ impl LadderRung<'_> {
                 Errors::against_closed_form(end, &evidence.fields(self.record)?, exact)
             }
             LadderLimit::Finest { point, end: finest, fields } if *point != self.point => {
-                let target = self.case.scene.loading.legs().last().map(|leg| leg.target);
+                let legs = self.case.scene.loading.legs();
                 let rung_fields = evidence.fields(self.record)?;
-                target.and_then(|target| {
-                    Errors::against_solution(end, &rung_fields, finest, fields, &target)
+                legs.last().and_then(|leg| {
+                    Errors::against_solution(end, &rung_fields, finest, fields, leg)
                 })
             }
             LadderLimit::Finest { .. } | LadderLimit::Nothing => None,

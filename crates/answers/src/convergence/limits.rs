@@ -19,8 +19,9 @@ struct LimitQuantity {
     read: fn(&Observables) -> f64,
 }
 
-const QUANTITIES: [LimitQuantity; 5] = [
+const QUANTITIES: [LimitQuantity; 6] = [
     LimitQuantity { name: "load", unit: "N", read: |o| o.load },
+    LimitQuantity { name: "tangential_force", unit: "N", read: Observables::tangential_force },
     LimitQuantity { name: "peak_pressure", unit: "Pa", read: |o| o.peak_pressure },
     LimitQuantity { name: "contact_area", unit: "m²", read: |o| o.contact_area },
     LimitQuantity { name: "stick_area", unit: "m²", read: |o| o.stick_area },

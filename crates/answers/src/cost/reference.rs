@@ -15,8 +15,9 @@ pub(super) struct Scalar {
 }
 
 /// Every scalar that is extrapolated.
-pub(super) const SCALARS: [Scalar; 5] = [
+pub(super) const SCALARS: [Scalar; 6] = [
     Scalar { name: "load", read: |end| end.observables.load },
+    Scalar { name: "tangential_force", read: |end| end.observables.tangential_force() },
     Scalar { name: "approach", read: |end| end.motion.approach },
     Scalar { name: "peak_pressure", read: |end| end.observables.peak_pressure },
     Scalar { name: "contact_area", read: |end| end.observables.contact_area },
@@ -31,7 +32,7 @@ struct ScalarLimit {
 }
 
 /// The limit of each of [`SCALARS`]; `None` for a scalar without one.
-pub(super) struct ScalarLimits([Option<ScalarLimit>; 5]);
+pub(super) struct ScalarLimits([Option<ScalarLimit>; 6]);
 
 /// The reference for the errors of a scene's rungs.
 pub(super) enum CostReference {
@@ -138,10 +139,13 @@ impl ScalarLimits {
             let scalar = SCALARS.iter().find(|scalar| scalar.name == name)?;
             Some(((scalar.read)(end) - self.limit(name)?.value).abs() / self.unit(name)?)
         };
-        let is_load_given = matches!(target[Dof::Approach], Control::Force(_));
+        let is_given = |dof: Dof| matches!(target[dof], Control::Force(_));
+        let is_load_given = is_given(Dof::Approach);
+        let is_pull_given = Dof::SHIFTS.into_iter().all(is_given);
         let figures = FigureErrors {
             load: error("load").filter(|_| !is_load_given),
             approach: error("approach").filter(|_| is_load_given),
+            tangential_force: error("tangential_force").filter(|_| !is_pull_given),
             peak_pressure: error("peak_pressure"),
             contact_area: error("contact_area"),
             stick_area: error("stick_area"),

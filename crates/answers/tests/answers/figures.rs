@@ -1,6 +1,6 @@
 //! The figures that studies suggest, and the points that no figure draws.
 
-use answers::{AnswerTable, Results, Undrawn};
+use answers::{AnswerTable, FigureRows, Results, Undrawn};
 use report::Cell;
 use study::{Figure, Study};
 
@@ -22,7 +22,7 @@ struct SweptLoading {
     prescribed: &'static [&'static str],
 }
 
-const LOADINGS: [SweptLoading; 10] = [
+const LOADINGS: [SweptLoading; 12] = [
     SweptLoading {
         steps: r#"[{ approach = "10 um" }]"#,
         axis: r#""loading.steps[0].approach" = ["5 um", "10 um", "20 um"]"#,
@@ -72,6 +72,16 @@ const LOADINGS: [SweptLoading; 10] = [
         steps: r#"[{ normal_force = "1 kN", shift_y = "0.5 um" }]"#,
         axis: r#""loading.steps[0].shift_y" = ["0.5 um", "1 um"]"#,
         prescribed: &["load", "at_shift_y"],
+    },
+    SweptLoading {
+        steps: r#"[{ normal_force = "1 kN", steady = true, creepage_x = 1e-3 }]"#,
+        axis: r#""loading.steps[0].creepage_x" = [1e-3, 2e-3]"#,
+        prescribed: &["load", "at_shift_x", "at_creepage_x"],
+    },
+    SweptLoading {
+        steps: r#"[{ normal_force = "1 kN" }, { distance = "0.2 mm", increments = 2, force_y = "20 N" }]"#,
+        axis: r#""loading.steps[1].force_y" = ["20 N", "50 N"]"#,
+        prescribed: &["load", "force_y"],
     },
 ];
 
@@ -210,5 +220,24 @@ fn a_study_of_solutions_and_one_of_brackets_hide_no_failure() {
         let table = results.table(&[column]).unwrap();
         let values = table.select(&[column]).unwrap().rows().concat();
         assert!(values[0] == Cell::Missing && values[1] != Cell::Missing, "{values:?}");
+    }
+}
+
+/// A figure of one block of axes shows that block alone, and a filter narrows it further.
+#[test]
+fn a_figure_shows_the_points_of_its_condition() {
+    let study = parse(&format!(
+        "name = \"test\"\n{SPHERES}
+         loading.steps = [{{ normal_force = \"1 kN\" }}]
+         [numerics]\nmesh = 6\n[[sweep]]\nfriction.mu = [0.1, 0.3, 0.5]\n[[sweep]]\nmesh = [6, 8, 10]
+         [figure]\nx = \"mesh\"\ny = \"load\"\nwhere = \"mu == 0.3\"\n"
+    ));
+    let mut shelf = Shelf::default();
+    shelf.run(&study);
+    let results = Results::read(study, &shelf).unwrap();
+    let [figure] = results.figures().unwrap() else { panic!("one figure") };
+    for (filter, points) in [(None, 3), (Some("mesh > 6"), 2), (Some("mu == 0.1"), 0)] {
+        let FigureRows { table, undrawn } = results.figure_rows(figure, filter).unwrap();
+        assert_eq!((table.rows().len(), undrawn.points), (points, points), "{filter:?}");
     }
 }

@@ -33,7 +33,8 @@ pub fn closed_form(scene: &Scene) -> Option<ClosedForm> {
     scene.validate().ok()?;
     let relative = relative_bodies(scene, 1.0);
     let rolls = scene.loading.steps.iter().any(|step| step.rolling.is_some());
-    if relative.layers.is_some() || rolls {
+    let is_worn = scene.wear.is_some_and(|wear| wear.update);
+    if relative.layers.is_some() || rolls || is_worn {
         return None;
     }
     // The effects decide it in the same way: a coupling that cancels there is left out of the
@@ -85,8 +86,10 @@ mod tests {
                 material: (poisson != 0.5).then_some(Material { shear_modulus: 3.0, poisson }),
             },
             friction: Friction { mu },
+            wear: None,
             domain: None,
             loading: Loading::path(steps.to_vec()),
+            interior: None,
         }
     }
 

@@ -4,7 +4,7 @@ use super::closed_form::ClosedForm;
 use super::norms::{self, Norm, Relative};
 use super::quadrature::{Kinks, Rectangle};
 use crate::grid::Grid;
-use crate::model::{Control, Dof, Fields, FigureErrors, PerDof, StepOutcome};
+use crate::model::{Control, Dof, Fields, FigureErrors, Leg, PerDof, StepOutcome};
 
 /// Relative errors of a solution's figures \[1\]. `None` means that the error is not defined: the
 /// scene prescribes the figure; or the reference does not have it (an unbounded peak, a traction
@@ -64,16 +64,23 @@ impl Errors {
     }
 
     /// Compares the end of a path with that of the same path on another mesh or with other
-    /// numerics, taken for exact. `controls` are those that the last step prescribes (of the last
-    /// of [`Loading::legs`](crate::model::Loading::legs)). Local means are taken on 8 × 8 parts of
-    /// the reference's Ω. `None` if a field does not have one value per element.
+    /// numerics, taken for exact. `leg` is the last of
+    /// [`Loading::legs`](crate::model::Loading::legs): it has the controls, and where it rolls by
+    /// an element of each mesh the motions are compared over the same distance. Local means are
+    /// taken on 8 × 8 parts of the reference's Ω. `None` if a field does not have one value per
+    /// element.
     pub fn against_solution(
         end: &StepOutcome,
         fields: &Fields,
         reference: &StepOutcome,
         reference_fields: &Fields,
-        controls: &PerDof<Control>,
+        leg: &Leg,
     ) -> Option<Self> {
+        let mut computed = Figures::of(end);
+        if leg.rolling.is_some_and(|rolling| rolling.dq.is_none()) {
+            let share = reference.observables.element_x / end.observables.element_x;
+            Dof::TANGENTIAL.iter().for_each(|dof| computed.motion[*dof] *= share);
+        }
         let strong = significant([
             norms::distance(fields, reference_fields)?,
             norms::norm(reference_fields)?,
@@ -83,7 +90,7 @@ impl Errors {
             [norms::local_means(fields, &parts)?, norms::local_means(reference_fields, &parts)?];
         let local =
             significant([norms::distance(&means, &exact_means)?, norms::norm(&exact_means)?]);
-        Some(Self::of(&Figures::of(end), &Figures::of(reference), controls, strong, local))
+        Some(Self::of(&computed, &Figures::of(reference), &leg.target, strong, local))
     }
 
     fn of(

@@ -30,7 +30,9 @@
 //! that is too small or increments that are too large.
 
 use super::errors::Errors;
-use crate::model::{Estimate, Fields, FigureErrors, Numerics, Scene, Shape, State, StepOutcome};
+use crate::model::{
+    Estimate, Fields, FigureErrors, Numerics, Rolling, Scene, Shape, State, StepOutcome,
+};
 
 /// The number of elements along a side with less than which there is no estimate.
 pub(crate) const FEWEST: u32 = 4;
@@ -61,9 +63,12 @@ pub(crate) fn estimate(
     coarse: PathSolution<'_>,
 ) -> Option<Estimate> {
     let (end, coarse_end) = (steps.last()?, coarse.steps.last()?);
-    let controls = scene.loading.legs().last()?.target;
+    let mut leg = *scene.loading.legs().last()?;
+    // The coarser grid rolls steadily by as many of its own elements, and along a path as far.
+    let dq = (!leg.is_steady()).then_some(end.observables.element_x);
+    leg.rolling = leg.rolling.map(|rolling| Rolling { dq, ..rolling });
     let difference =
-        Errors::against_solution(coarse_end, coarse.fields, end, fields, &controls)?.figures;
+        Errors::against_solution(coarse_end, coarse.fields, end, fields, &leg)?.figures;
     let size = |fields: &Fields| (fields.element[0] * fields.element[1]).sqrt();
     // The differences of first-order figures are errors times this.
     let gain = size(coarse.fields) / size(fields) - 1.0;

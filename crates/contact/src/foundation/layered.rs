@@ -136,13 +136,7 @@ impl Layered {
     /// Returns the compliances times the wavenumber `k` > 0.
     pub(crate) fn response(&self, k: f64) -> Response {
         let base = self.base_times_k();
-        // The determinant is carried along on its own, because the difference of products would
-        // cancel where both columns are nearly parallel.
-        let det = match &self.base {
-            Base::Rigid => 0.0,
-            Base::Elastic(m) => (0.75 - m.poisson) / (m.shear_modulus * m.shear_modulus),
-        };
-        let mut below = Face { compliance: base, determinant: det };
+        let mut below = Face::of_base(&self.base);
         let mut above_base = Compliance::default();
         for layer in self.layers.iter().rev() {
             let upper = upper_face(layer, k * layer.thickness, below);
@@ -162,23 +156,41 @@ impl Layered {
 
 /// The upper or lower face of a layer.
 #[derive(Clone, Copy)]
-struct Face {
+pub(super) struct Face {
     /// The compliance times k of all that lies below.
-    compliance: Compliance,
+    pub(super) compliance: Compliance,
     /// The determinant of the compliance times k.
     determinant: f64,
 }
 
+impl Face {
+    /// Returns the upper face of a base.
+    pub(super) fn of_base(base: &Base) -> Self {
+        // The determinant is carried along on its own, because the difference of products would
+        // cancel where both columns are nearly parallel.
+        match base {
+            Base::Rigid => Self { compliance: Compliance::default(), determinant: 0.0 },
+            Base::Elastic(m) => Self {
+                compliance: Compliance::half_space(m),
+                determinant: (0.75 - m.poisson) / (m.shear_modulus * m.shear_modulus),
+            },
+        }
+    }
+}
+
 /// The upper face of a layer.
-struct UpperFace {
+pub(super) struct UpperFace {
     /// The face.
-    face: Face,
+    pub(super) face: Face,
     /// The compliance times k in excess of that of the lower face.
     gain: Compliance,
+    /// The determinant of the matrix that turns tractions on the lower face into those on the upper
+    /// one, times (1−ν)² e^{−2kh}.
+    pub(super) divisor: f64,
 }
 
 /// Returns the upper face of a layer with x = kh on the lower face `below`.
-fn upper_face(layer: &Layer, x: f64, below: Face) -> UpperFace {
+pub(super) fn upper_face(layer: &Layer, x: f64, below: Face) -> UpperFace {
     let (g, nu) = (layer.shear_modulus, layer.poisson);
     let c = below.compliance.map(|c| c * g);
     let det = below.determinant * g * g;
@@ -224,6 +236,7 @@ fn upper_face(layer: &Layer, x: f64, below: Face) -> UpperFace {
     UpperFace {
         face: Face { compliance: top.map(|c| c / g), determinant: top_det / (g * g) },
         gain: gain.map(|c| c / g),
+        divisor,
     }
 }
 

@@ -27,12 +27,12 @@ type Four = [f64; 4];
 const ORDERS: Four = [0.0, 0.0, 2.0, 1.0];
 
 /// The number of Chebyshev coefficients of the first panel and of those in ln r.
-const DEGREE: usize = 16;
+pub(super) const DEGREE: usize = 16;
 
 /// The length of a panel in ln r. The kernels are analytic for |arg r| < 30° at least: poles of
 /// C(k) at an angle of 30° belong to a stiff plate on a thin incompressible layer on a rigid base,
 /// k⁶ = −1, the nearest that are known.
-const PANEL: f64 = 0.25;
+pub(super) const PANEL: f64 = 0.25;
 
 /// The number of points per direction that integrate the correction over a panel shorter than the
 /// top layer's thickness.
@@ -181,9 +181,9 @@ impl Kernel for InUnits<'_> {
 }
 
 /// Returns the Chebyshev coefficients of f on (−1, 1), in the order of [`clenshaw`].
-fn chebyshev(f: impl Fn(f64) -> Four) -> [Four; DEGREE] {
+pub(super) fn chebyshev<const N: usize>(f: impl Fn(f64) -> [f64; N]) -> [[f64; N]; DEGREE] {
     let angle = |node: usize| PI * (node as f64 + 0.5) / DEGREE as f64;
-    let values: [Four; DEGREE] = std::array::from_fn(|node| f(angle(node).cos()));
+    let values: [[f64; N]; DEGREE] = std::array::from_fn(|node| f(angle(node).cos()));
     std::array::from_fn(|n| {
         let scale = if n == 0 { 1.0 } else { 2.0 } / DEGREE as f64;
         std::array::from_fn(|i| {
@@ -194,8 +194,8 @@ fn chebyshev(f: impl Fn(f64) -> Four) -> [Four; DEGREE] {
 
 /// Sums a Chebyshev series at t in (−1, 1).
 #[inline]
-fn clenshaw(coefficients: &[Four; DEGREE], t: f64) -> Four {
-    let (mut next, mut last) = ([0.0; 4], [0.0; 4]);
+pub(super) fn clenshaw<const N: usize>(coefficients: &[[f64; N]; DEGREE], t: f64) -> [f64; N] {
+    let (mut next, mut last) = ([0.0; N], [0.0; N]);
     for c in coefficients[1..].iter().rev() {
         let current = std::array::from_fn(|i| c[i] + 2.0 * t * next[i] - last[i]);
         last = next;
@@ -310,7 +310,7 @@ impl Transforms {
 
 /// Returns a length whose inverse lies below all features of C(k): the whole stack's thickness
 /// times its contrast of stiffness.
-fn longest_feature(layered: &Layered) -> f64 {
+pub(super) fn longest_feature(layered: &Layered) -> f64 {
     let base = match layered.base() {
         Base::Rigid => None,
         Base::Elastic(material) => Some(material.shear_modulus),

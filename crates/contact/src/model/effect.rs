@@ -30,11 +30,15 @@ pub enum Effect {
     LoadControl,
     /// The material that passes through a contact which rolls.
     Rolling,
+    /// The depth that surfaces lose where they slip.
+    Wear,
+    /// The stresses below the surface, which the solution does not depend on.
+    Interior,
 }
 
 impl Effect {
     /// Every effect.
-    pub const ALL: [Effect; 12] = [
+    pub const ALL: [Effect; 14] = [
         Effect::Friction,
         Effect::Coupling,
         Effect::TractionX,
@@ -47,6 +51,8 @@ impl Effect {
         Effect::History,
         Effect::LoadControl,
         Effect::Rolling,
+        Effect::Wear,
+        Effect::Interior,
     ];
 
     /// The effects that can be simulated although a scene does not call for them. The others are
@@ -75,6 +81,8 @@ impl Effect {
             Effect::History => "history",
             Effect::LoadControl => "load-control",
             Effect::Rolling => "rolling",
+            Effect::Wear => "wear",
+            Effect::Interior => "interior",
         }
     }
 }

@@ -3,11 +3,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::interior::Interior;
+
 /// The figures that a scene asks for beyond those of every [`Outcome`](super::outcome::Outcome).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Further {
-    /// The wear along the path, of a scene that wears.
-    pub wear: Option<Wear>,
+    /// The wear of each increment of the path, in order; empty for a scene that does not wear.
+    pub wear: Vec<Worn>,
     /// The stresses below the surface at the end of the path, where they are asked for.
     pub interior: Option<Interior>,
 }
@@ -19,27 +21,24 @@ impl Further {
     }
 }
 
-/// The wear along a path.
+/// The wear of an increment: what both surfaces lose together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Wear {
-    /// The largest depth \[m\].
+pub struct Worn {
+    /// The largest depth that the path has worn away until the end of the increment \[m\], on the
+    /// material that is then within Ω; after an increment that rolls steadily, that of one pass.
     pub depth: f64,
-    /// The volume \[m³\].
+    /// The volume that is worn away in the increment \[m³\].
     pub volume: f64,
-}
-
-/// The stresses below the surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Interior {
-    /// The largest von Mises stress \[Pa\].
-    pub von_mises: f64,
 }
 
 /// The fields that a scene asks for beyond those of all [`Fields`](super::outcome::Fields), on the
 /// same grid.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FurtherFields {
-    /// The depth of wear \[m\]; empty for a scene that does not wear.
+    /// The depth that the path has worn away at each element \[m\], of both surfaces together; it
+    /// is empty for a scene that does not wear. Where the path rolls it is that of the foundation's
+    /// material that stands there at its end, and after an increment that rolls steadily the depth
+    /// that this material has lost since it entered the contact.
     pub wear_depth: Vec<f64>,
 }
 

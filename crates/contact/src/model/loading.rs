@@ -134,6 +134,11 @@ impl Step {
             [self.twist, self.moment_z],
         ])
     }
+
+    /// Returns whether the step rolls with a given creepage or spin in a degree of freedom.
+    pub fn creeps(&self, dof: Dof) -> bool {
+        self.rolling.is_some_and(|rolling| rolling.rate(dof).is_some())
+    }
 }
 
 /// Returns the count that a study file need not mention.
@@ -404,7 +409,7 @@ impl Leg {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::RollingDirection;
+    use crate::model::{ImposedCreepages, RollingDirection};
 
     #[test]
     fn what_is_not_mentioned_stays_as_it_was() {
@@ -453,6 +458,7 @@ mod tests {
             direction: RollingDirection::Forward,
             dq: Some(0.2),
             history: RollingHistory::Transient,
+            imposed: ImposedCreepages::default(),
         };
         let shift = Step {
             approach: Some(1e-5),

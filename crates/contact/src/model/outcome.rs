@@ -127,6 +127,16 @@ pub struct RailContact {
     pub wheelset_height: f64,
 }
 
+impl RailContact {
+    /// Returns the force on the rail \[N\] in the axes of the track: the normal force and the
+    /// tangential ones of `observables`, turned by the contact angle.
+    pub fn track_force(&self, observables: &Observables) -> [f64; 3] {
+        let (sin, cos) = self.angle.sin_cos();
+        let Observables { load, force_x, force_y, .. } = *observables;
+        [force_x, cos * force_y - sin * load, sin * force_y + cos * load]
+    }
+}
+
 /// One increment of a loading path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepOutcome {
@@ -252,6 +262,13 @@ impl Observables {
             self.moment_y,
             self.moment_z,
         ])
+    }
+
+    /// Returns the size of the tangential force \[N\], or 0 where it is less than a millionth of
+    /// the load, and so the rounding of tractions that balance.
+    pub fn tangential_force(&self) -> f64 {
+        let force = self.force_x.hypot(self.force_y);
+        if force > 1e-6 * self.load.abs() { force } else { 0.0 }
     }
 }
 

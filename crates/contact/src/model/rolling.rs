@@ -14,8 +14,9 @@ use super::rigid::Dof;
 /// Creepages and spin are the velocity of the foundation relative to the punch, as rigid bodies,
 /// over the rolling speed, so that the foundation slips by W = q (ξ − φy, η + φ(x − x₀)) over a
 /// distance q if nothing deforms. A component that is not given is governed by its force or moment,
-/// if the step or one before prescribes that, and 0 otherwise. The shifts and the twist of
-/// an increment that rolls count from its beginning, and those after it from its end.
+/// if the step or one before prescribes that; otherwise it is what the motion of a wheelset
+/// imposes, or 0. The shifts and the twist of an increment that rolls count from its beginning, and
+/// those after it from its end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rolling {
@@ -40,6 +41,22 @@ pub struct Rolling {
     pub dq: Option<f64>,
     /// The history that the material has which enters the contact.
     pub history: RollingHistory,
+    /// The creepages that hold where none is given and no force governs. A scene does not say them:
+    /// they follow from the motion of its wheelset as it is solved.
+    #[serde(skip)]
+    pub imposed: ImposedCreepages,
+}
+
+/// The creepages and the spin that the motion of a wheelset imposes on the contact of a wheel with
+/// its rail; 0 for another punch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ImposedCreepages {
+    /// The longitudinal creepage ξ \[1\].
+    pub creepage_x: f64,
+    /// The lateral creepage η \[1\].
+    pub creepage_y: f64,
+    /// The spin φ \[rad/m\].
+    pub spin: f64,
 }
 
 /// The way that the contact travels over both surfaces.
@@ -71,14 +88,28 @@ impl RollingDirection {
             Self::Backward => -1.0,
         }
     }
+
+    /// Returns the word for the direction in a study file.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Forward => "forward",
+            Self::Backward => "backward",
+        }
+    }
 }
 
 impl Rolling {
     /// The names of the creepages and the spin, in the order of [`Dof::TANGENTIAL`].
-    const NAMES: [&str; 3] = ["creepage_x", "creepage_y", "spin"];
+    pub(super) const NAMES: [&str; 3] = ["creepage_x", "creepage_y", "spin"];
+
+    /// Returns the name of the creepage or the spin that stands for a degree of freedom in rolling.
+    pub fn name(dof: Dof) -> Option<&'static str> {
+        let index = Dof::TANGENTIAL.into_iter().position(|tangential| tangential == dof)?;
+        Some(Self::NAMES[index])
+    }
 
     /// Returns the creepages and the spin that are given, in the order of [`Dof::TANGENTIAL`].
-    fn given(&self) -> [Option<f64>; 3] {
+    pub(super) fn given(&self) -> [Option<f64>; 3] {
         [self.creepage_x, self.creepage_y, self.spin]
     }
 
@@ -90,9 +121,12 @@ impl Rolling {
     }
 
     /// Returns the motion of the punch in a tangential degree of freedom per distance travelled,
-    /// with 0 for a creepage that is not given.
+    /// with what is imposed for a creepage that is not given.
     pub(super) fn default_rate(&self, dof: Dof) -> f64 {
-        let [creepage_x, creepage_y, spin] = self.given().map(Option::unwrap_or_default);
+        let ImposedCreepages { creepage_x, creepage_y, spin } = self.imposed;
+        let creepage_x = self.creepage_x.unwrap_or(creepage_x);
+        let creepage_y = self.creepage_y.unwrap_or(creepage_y);
+        let spin = self.spin.unwrap_or(spin);
         // The punch moves against the foundation. A zero is to be a positive one.
         0.0 - match dof {
             Dof::ShiftX => creepage_x,

@@ -8,7 +8,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, is_zero, positive, refuse};
+use super::interior::InteriorQuestion;
 use super::loading::Loading;
+use super::rigid::Dof;
+use super::wear::Wear;
+use super::wheelset::WheelsetMotion;
 
 /// A contact scene in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,12 +24,19 @@ pub struct Scene {
     pub punch: Punch,
     /// The Coulomb friction between the two.
     pub friction: Friction,
+    /// The wear of the surfaces; `None` is a scene that says nothing of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wear: Option<Wear>,
     /// The rectangle Ω that is meshed; `None` lets the punch and its approach choose it
     /// ([`domain`](crate::punch::domain)).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub domain: Option<Domain>,
     /// The path along which the punch is moved.
     pub loading: Loading,
+    /// The stresses below the surface that are wanted at the end of the path. They are no part of
+    /// the scene's text: a job writes them beside it.
+    #[serde(skip)]
+    pub interior: Option<InteriorQuestion>,
 }
 
 /// The foundation: bonded layers on a half-space or on a rigid base.
@@ -219,6 +230,9 @@ pub struct WheelRail {
     /// The roll of the wheelset about x after the yaw \[rad\]; a positive one lowers the right
     /// wheel.
     pub roll: f64,
+    /// The motion of the wheelset, from which the creepages of steps that roll follow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<WheelsetMotion>,
 }
 
 impl WheelRail {
@@ -359,13 +373,43 @@ impl Scene {
             finite("domain.center_x", domain.center_x)?;
             finite("domain.center_y", domain.center_y)?;
         }
-        self.loading.validate()
+        self.loading.validate()?;
+        if let Some(wear) = &self.wear {
+            wear.validate(self.friction.mu, &self.loading)?;
+        }
+        if let Some(question) = &self.interior {
+            question.validate(&self.foundation)?;
+        }
+        match &self.punch.shape {
+            Shape::WheelOnRail(WheelRail { motion: Some(motion), .. }) => {
+                motion.validate(&self.loading)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Scene {
+    /// Returns whether the path moves a rigid degree of freedom, or prescribes its force.
+    pub fn moves(&self, dof: Dof) -> bool {
+        let of_wheelset = Dof::TANGENTIAL.contains(&dof)
+            && matches!(&self.punch.shape, Shape::WheelOnRail(wheel) if wheel.motion.is_some());
+        self.loading.steps.iter().any(|step| {
+            step.given()[dof] != [None, None]
+                || step.creeps(dof)
+                || of_wheelset && step.rolling.is_some()
+        })
     }
 }
 
 impl Foundation {
     /// The largest number of layers.
     pub const MAX_LAYERS: usize = 64;
+
+    /// Returns the depth at which a rigid base begins \[m\]; `None` if the base is elastic.
+    pub fn depth(&self) -> Option<f64> {
+        (self.base == Base::Rigid).then(|| self.layers.iter().map(|layer| layer.thickness).sum())
+    }
 }
 
 /// The side of the track, seen along x.
@@ -400,8 +444,10 @@ pub(crate) mod tests {
             foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),
             punch: Punch { shape: Shape::Sphere { radius: 0.01 }, material: None },
             friction: Friction { mu: 0.3 },
+            wear: None,
             domain: None,
             loading: Loading::path(vec![Step { approach: Some(1e-6), ..Step::default() }]),
+            interior: None,
         }
     }
 

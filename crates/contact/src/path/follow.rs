@@ -4,17 +4,19 @@ use std::ops::ControlFlow;
 
 use super::increment::{Certifying, Departure, Increment, certify_increment, in_units};
 use super::watched::SolvedIncrement;
+use super::wearing::{MaterialMotion, Wearing};
 use crate::assess::estimate::{self, PathSolution};
 use crate::common::Cancellation;
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
+use crate::interior;
 use crate::model::{
     Dof, Effect, Estimate, Fields, Further, Hertz, Leg, Level, Mesh, Method, Motion, Numerics,
     Outcome, PerDof, RailContact, RollingDirection, Scene, SceneError, Status, StepOutcome,
-    WorkDone,
+    WorkDone, Worn,
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
-use crate::punch::{Gap, PlacedWheel, Surfaces};
+use crate::punch::{Gap, PlacedWheel, Surfaces, with_creepages};
 use crate::solver::{self, Conditions, Start, StopRule};
 use crate::theory::hertz_ellipse;
 
@@ -69,6 +71,7 @@ fn follow(
 ) -> Result<(Outcome, Fields), SceneError> {
     scene.validate()?;
     numerics.validate()?;
+    let scene = &*with_creepages(scene, surfaces)?;
     let gap = Gap::new(scene, surfaces)?;
     let problem = Problem::under(scene, numerics, &gap)?;
     problem.check_distances(scene)?;
@@ -121,7 +124,11 @@ fn follow(
     );
     let mut levels: Vec<Level> = ladder.iter().map(Path::level).collect();
     levels.sort_by_key(|level| level.elements.map(u64::from).iter().product::<u64>());
-    let further = Further::default();
+    let wanted = scene.interior.as_ref().filter(|_| status == Status::Certified);
+    let interior = wanted.and_then(|question| {
+        interior::examine(&scene.foundation, question, &path.fields, &cancellation)
+    });
+    let further = Further { wear: path.wear(), interior };
     let outcome = Outcome { status, levels, steps: path.steps, hertz, rail, estimate, further };
     Ok((outcome, path.fields))
 }
@@ -174,6 +181,18 @@ struct Roll {
     is_steady: bool,
 }
 
+impl Roll {
+    /// Returns the way that the material goes through Ω.
+    fn material(self) -> MaterialMotion {
+        let distance = self.direction.sign() * self.distance;
+        if self.is_steady {
+            MaterialMotion::Steady(distance)
+        } else {
+            MaterialMotion::Transient(distance)
+        }
+    }
+}
+
 /// One increment of a leg.
 struct LegIncrement {
     leg: Leg,
@@ -203,6 +222,9 @@ struct Path {
     operator: Operator,
     /// The end of the path so far, from which the next increment begins, in the problem's units.
     start: Start,
+    /// The motion of the last increment, in the problem's units: its creepages times its distance,
+    /// if it rolls.
+    reached: PerDof<f64>,
     /// The end of the path so far, in SI units.
     departure: Departure,
     /// The end of the leg before, in SI units.
@@ -211,6 +233,8 @@ struct Path {
     steps: Vec<StepOutcome>,
     /// The fields of the last increment.
     fields: Fields,
+    /// The wear so far, of a scene that wears.
+    wearing: Option<Wearing>,
 }
 
 impl Path {
@@ -228,11 +252,13 @@ impl Path {
         Self {
             problem,
             operator,
+            reached: start.motion,
             start,
             departure,
             leg_departure,
             steps: Vec::new(),
             fields: Fields::default(),
+            wearing: setup.scene.wear.map(Wearing::new),
         }
     }
 
@@ -267,7 +293,7 @@ impl Path {
             &setup.stages,
             &Conditions { controls: &controls, start: &self.start, rule },
         );
-        let Increment { status, mut outcome, fields, left, w } = certify_increment(
+        let Increment { mut status, mut outcome, mut fields, left, w } = certify_increment(
             &self.problem,
             Certifying { elastic: &self.operator, steady: steady.as_ref() },
             &iterate,
@@ -279,7 +305,17 @@ impl Path {
         self.departure =
             Departure { motion: outcome.motion, resultants: outcome.observables.resultants() };
         self.steps.push(outcome);
+        if let Some(wearing) = &mut self.wearing {
+            let motion = roll.map_or(MaterialMotion::Still, Roll::material);
+            let diagonal = self.operator.diagonals();
+            let added = wearing.add(&mut self.problem, &fields, leg.cycle, motion, diagonal);
+            if let (Err(reason), Status::Certified) = (added, &status) {
+                status = Status::Failed { reason };
+            }
+            fields.further.wear_depth = wearing.depth.clone();
+        }
         self.fields = fields;
+        self.reached = iterate.motion;
         // Where the contact rolls on, the elements are for the most part in the states they were in.
         let next = setup.increments.get(self.steps.len());
         let w = next.is_some_and(|next| next.leg.rolling.is_some()).then_some(w);
@@ -294,7 +330,10 @@ impl Path {
     /// Prepares the next increment for rolling. Returns the operator that certifies it, if it is a
     /// steady one with tangential tractions.
     fn roll(&mut self, roll: Roll, operators: &mut Operators) -> Option<Operator> {
-        self.count_anew();
+        // A path that begins by rolling has the creepages of a coarser grid to begin with.
+        if !self.steps.is_empty() {
+            self.count_anew();
+        }
         let distance = roll.direction.sign() * roll.distance / self.problem.scale.length;
         let components = self.operator.influence.components();
         let mut rolling = || {
@@ -341,6 +380,11 @@ impl Path {
             problem: &self.problem,
             tractions: &self.start.p,
         })
+    }
+
+    /// Returns the wear of each increment, of a scene that wears.
+    fn wear(&self) -> Vec<Worn> {
+        self.wearing.as_ref().map_or_else(Vec::new, |wearing| wearing.increments.clone())
     }
 
     /// Returns the outcomes and the last fields.
@@ -393,10 +437,29 @@ fn coarse_start(
         return nothing(fine);
     };
     let usable = coarse.steps.iter().all(|step| step.certificate.meets(START_TOLERANCE));
-    let start =
-        Start::new(coarse.problem.grid.sample(&coarse.start.p, &fine.grid), coarse.start.motion);
+    let mut motion = coarse.reached;
+    if let Some(increment) = setup.increments.first() {
+        let distance = |problem| setup.roll(&increment.leg, problem).map(|roll| roll.distance);
+        if let (Some(here), Some(there)) = (distance(fine), distance(&coarse.problem)) {
+            carry_creepages(setup, fine, &mut motion, here / there);
+        }
+    }
+    let start = Start::new(coarse.problem.grid.sample(&coarse.start.p, &fine.grid), motion);
     ladder.push(coarse);
     if usable { start } else { nothing(fine) }
+}
+
+/// Makes the motion of a rolling increment on a coarser grid one on the grid of `fine`. Creepages are
+/// the same on both, while the distances have this `ratio`. A motion that a mirror plane forbids is
+/// none: a coarser grid may have no plane, and rounding in its place.
+fn carry_creepages(setup: &PathSetup<'_>, fine: &Problem, motion: &mut PerDof<f64>, ratio: f64) {
+    for dof in Dof::TANGENTIAL {
+        let moves = |stage: &Stage| {
+            fine.reduced(stage.components, stage.mirror, None)
+                .map_or(true, |reduced| reduced.moves(dof))
+        };
+        motion[dof] *= if setup.stages.iter().any(moves) { ratio } else { 0.0 };
+    }
 }
 
 /// Solves the first increment on a grid of so many elements to `tolerance`, by way of coarser ones.
@@ -452,11 +515,12 @@ fn estimate(
 }
 
 /// Returns the figures of Hertz's theory for an increment's load. The theory knows no layers, no
-/// tilt and no moment.
+/// tilt and no moment, and not the shape that wear leaves.
 fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
     let load = step.observables.load;
-    let curvatures =
-        gap.curvatures().filter(|_| scene.foundation.layers.is_empty() && load > 0.0)?;
+    let is_worn = scene.wear.is_some_and(|wear| wear.update);
+    let is_theirs = scene.foundation.layers.is_empty() && load > 0.0 && !is_worn;
+    let curvatures = gap.curvatures().filter(|_| is_theirs)?;
     let compliance = surface_compliance(scene);
     let ellipse = hertz_ellipse(2.0 / compliance, 0.5 * curvatures[0], 0.5 * curvatures[1], load);
     let (a, b) = (ellipse.semi_axis_x, ellipse.semi_axis_y);

@@ -337,6 +337,14 @@ impl Problem {
         }
     }
 
+    /// Widens the gap by what is worn away at each element \[m\]. The function leaves f as it is.
+    pub(crate) fn wear_off(&mut self, worn: &[f64]) {
+        let length = self.scale.length;
+        for e in (0..self.grid.len()).filter(|e| self.grid.is_active(*e)) {
+            self.rest[e] -= worn[e] / length;
+        }
+    }
+
     /// Returns the forces and moments of the punch on the foundation, in the problem's units. Those
     /// of a reduced problem are the ones of its components, with their images.
     pub(crate) fn resultants(&self, p: &[f64]) -> PerDof<f64> {

@@ -10,8 +10,11 @@ use serde::Serialize;
 
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
-use crate::model::{Control, Dof, Effect, Leg, Numerics, Scene, SceneError, Shape};
-use crate::punch::{Surfaces, domain};
+use crate::model::{
+    Control, Dof, Effect, InteriorQuestion, Leg, Numerics, Scene, SceneError, Shape, Wear,
+    WheelRail,
+};
+use crate::punch::{Surfaces, domain, with_creepages};
 
 /// The decision whether an effect is simulated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -70,6 +73,7 @@ impl Effects {
         elements: [usize; 2],
         surfaces: &Surfaces,
     ) -> Result<Self, SceneError> {
+        let scene = &*with_creepages(scene, surfaces)?;
         let mut effects = Effects(Vec::with_capacity(Effect::ALL.len()));
         for effect in Effect::ALL {
             let Ruling { on, reason } = match effect {
@@ -90,6 +94,8 @@ impl Effects {
                 Effect::History => history(scene),
                 Effect::LoadControl => load_control(scene),
                 Effect::Rolling => rolling(scene, &effects),
+                Effect::Wear => wear(scene, &effects),
+                Effect::Interior => interior(scene),
             };
             let forced = !on && numerics.simulate.contains(&effect);
             let reason =
@@ -98,6 +104,27 @@ impl Effects {
         }
         Ok(effects)
     }
+}
+
+/// Rules on the stresses below the surface.
+fn interior(scene: &Scene) -> Ruling {
+    let Some(InteriorQuestion { maximum, depths, points }) = &scene.interior else {
+        return Ruling::off(
+            "the study has no `[interior]`: no stress below the surface is computed",
+        );
+    };
+    let counted = |count: usize, one: &str| match count {
+        0 => None,
+        1 => Some(format!("one {one}")),
+        _ => Some(format!("{count} {one}s")),
+    };
+    let asked = [
+        maximum.then(|| "the largest stresses".to_owned()),
+        counted(depths.len(), "plane"),
+        counted(points.len(), "point"),
+    ];
+    let asked: Vec<String> = asked.into_iter().flatten().collect();
+    Ruling::on(format!("`[interior]` asks for {}", asked.join(" and ")))
 }
 
 /// Returns whether a path has tangential loads along x, along y, and about z.
@@ -206,12 +233,39 @@ fn rolling(scene: &Scene, effects: &Effects) -> Ruling {
     }
     let passing: u32 =
         rolling.iter().filter(|leg| !leg.is_steady()).map(|leg| leg.increments).sum();
-    match (passing, rolling.iter().any(|leg| leg.is_steady())) {
-        (0, _) => Ruling::on("the steady state of rolling is asked for"),
-        (1, false) => Ruling::on("the contact rolls in an increment"),
-        (passing, false) => Ruling::on(format!("the contact rolls in {passing} increments")),
-        (_, true) => Ruling::on("the contact rolls along the path, and into its steady state"),
+    let rolls = match (passing, rolling.iter().any(|leg| leg.is_steady())) {
+        (0, _) => "the steady state of rolling is asked for".to_owned(),
+        (1, false) => "the contact rolls in an increment".to_owned(),
+        (passing, false) => format!("the contact rolls in {passing} increments"),
+        (_, true) => "the contact rolls along the path, and into its steady state".to_owned(),
+    };
+    Ruling::on(match &scene.punch.shape {
+        Shape::WheelOnRail(WheelRail { motion: Some(_), .. }) => {
+            format!("{rolls}; the creepages are those of the wheelset's motion")
+        }
+        _ => rolls,
+    })
+}
+
+/// Rules on wear. It changes the contact only where the shape is updated.
+fn wear(scene: &Scene, effects: &Effects) -> Ruling {
+    let Some(Wear { coefficient, update, repeat }) = scene.wear else {
+        return Ruling::off("no wear coefficient is given");
+    };
+    if coefficient == 0.0 {
+        return Ruling::off("wear.coefficient = 0");
     }
+    if !effects.has(Effect::Friction) {
+        return Ruling::off("no tangential tractions, and so no slip");
+    }
+    let given = match repeat {
+        1 => format!("wear.coefficient = {coefficient:e} 1/Pa"),
+        cycles => format!("wear.coefficient = {coefficient:e} 1/Pa, {cycles} cycles in each"),
+    };
+    Ruling::on(match update {
+        true => format!("{given}; the shape is updated after each increment"),
+        false => format!("{given}, on the undeformed shape"),
+    })
 }
 
 /// Rules on motions that are governed by forces.

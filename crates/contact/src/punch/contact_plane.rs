@@ -133,9 +133,15 @@ impl ContactPlane {
     /// Returns the gap \[m\] along n at (x, s) \[m\]. It is 0 where the two bodies just touch, and
     /// `None` where one body is not above the other.
     pub fn gap(&self, x: f64, s: f64) -> Option<f64> {
-        let plane = self.plane(s);
         // A negative gap is rounding at the touching point and no penetration.
-        Some((plane.facet.distance(x, s - plane.shift)? + self.approach).max(0.0))
+        Some((self.distance(x, s)? + self.approach).max(0.0))
+    }
+
+    /// Returns the distance \[m\] from the lowered wheel to the rail along n at (x, s) \[m\],
+    /// negative where the undeformed bodies overlap.
+    pub(super) fn distance(&self, x: f64, s: f64) -> Option<f64> {
+        let plane = self.plane(s);
+        plane.facet.distance(x, s - plane.shift)
     }
 
     /// Returns the mean gap \[m\] over the element hx × hs \[m\] centred at (x, s) \[m\], or `None`

@@ -17,7 +17,7 @@ use super::profile::Profile;
 use super::track::{Position, Track, Wheelset};
 use super::wheel_rail::WheelOnRail;
 use crate::foundation::{contact_size, layered_margin, surface_compliance};
-use crate::model::{Control, Dof, Scene, SceneError, WheelRail};
+use crate::model::{Control, Dof, ImposedCreepages, Scene, SceneError, WheelRail};
 use crate::theory::{HertzEllipse, hertz_ellipse};
 
 /// The greatest depth to which a wheel is lowered \[m\]. No rail is elastic so far.
@@ -70,6 +70,11 @@ impl PlacedWheels {
         rail: &WheelRail,
         profiles: [&Arc<Profile>; 2],
     ) -> Result<Arc<PlacedWheel>, SceneError> {
+        // The creepages do not move the wheel.
+        let mut scene = scene.clone();
+        for rolling in scene.loading.steps.iter_mut().filter_map(|step| step.rolling.as_mut()) {
+            rolling.imposed = ImposedCreepages::default();
+        }
         let is_same = |kept: &Kept| {
             let Kept { scene: other, wheel } = kept;
             (0..2).all(|i| Arc::ptr_eq(&wheel.profiles[i], profiles[i]))
@@ -82,9 +87,9 @@ impl PlacedWheels {
         if let Some(known) = kept().iter().find(|kept| is_same(kept)) {
             return Ok(known.wheel.clone());
         }
-        let wheel = Arc::new(place(scene, rail, profiles)?);
+        let wheel = Arc::new(place(&scene, rail, profiles)?);
         let mut kept = kept();
-        kept.push_back(Kept { scene: scene.clone(), wheel: wheel.clone() });
+        kept.push_back(Kept { scene, wheel: wheel.clone() });
         if kept.len() > MOST_KEPT {
             kept.pop_front();
         }
@@ -396,6 +401,7 @@ mod tests {
             lateral: 0.0,
             yaw: 0.0,
             roll: 0.0,
+            motion: None,
         };
         let place = |scene: &Scene, profiles: [&Arc<Profile>; 2]| {
             wheels.place(scene, &rail, profiles).unwrap()

@@ -92,8 +92,8 @@ impl PassingPath<'_> {
 mod tests {
     use super::*;
     use crate::model::{
-        Loading, Material, Mesh, Numerics, Projection, Rolling, RollingDirection, RollingHistory,
-        Step, sphere_on_half_space,
+        ImposedCreepages, Loading, Material, Mesh, Numerics, Projection, Rolling, RollingDirection,
+        RollingHistory, Step, sphere_on_half_space,
     };
     use crate::problem::Operators;
     use crate::punch::Surfaces;
@@ -111,6 +111,7 @@ mod tests {
             direction: RollingDirection::Forward,
             dq: None,
             history: RollingHistory::Steady,
+            imposed: ImposedCreepages::default(),
         };
         let step = Step { approach: Some(1e-6), rolling: Some(rolling), ..Step::default() };
         scene.loading = Loading::path(vec![step]);

@@ -130,6 +130,14 @@ pub fn hertz_ellipse(modulus: f64, curvature_x: f64, curvature_y: f64, load: f64
     }
 }
 
+/// Returns the A and B \[1/m\] of the gap A x² + B y² under which [`hertz_ellipse`] has these
+/// semi-axes along x and y \[m\], with E* = `modulus` \[Pa\] and the load P \[N\].
+pub fn hertz_curvatures(modulus: f64, [a, b]: [f64; 2], load: f64) -> [f64; 2] {
+    let unit = load / (2.0 * PI * modulus);
+    let of = |a: f64, b: f64| unit * carlson_rd((b / a).powi(2), 1.0) / a.powi(3);
+    [of(a, b), of(b, a)]
+}
+
 /// Returns Carlson's R_F(0, m, 1), the complete elliptic integral of the first kind, by the
 /// arithmetic–geometric mean (NIST Digital Library of Mathematical Functions, 19.22.8).
 fn carlson_rf(m: f64) -> f64 {
@@ -253,6 +261,9 @@ mod tests {
                 [ellipse.semi_axis_x, ellipse.semi_axis_y, ellipse.peak_pressure, ellipse.approach];
             let other =
                 [turned.semi_axis_y, turned.semi_axis_x, turned.peak_pressure, turned.approach];
+            let [along, across] = hertz_curvatures(1.0, [found[0], found[1]], 1.0);
+            assert!((along / (0.5 * ratio) - 1.0).abs() < 1e-12, "{along} {ratio}");
+            assert!((across / 0.5 - 1.0).abs() < 1e-12, "{across}");
             for (value, expected) in
                 found.iter().chain(&other).zip([a, b, peak, approach].iter().cycle())
             {

@@ -52,8 +52,10 @@ impl Question {
             foundation: self.foundation.clone(),
             punch: Punch { shape, material: self.punch },
             friction: Friction { mu: 0.0 },
+            wear: None,
             domain: None,
             loading: Loading::path(vec![Step { approach: Some(0.0), ..Step::default() }]),
+            interior: None,
         };
         let numerics = Numerics {
             mesh: self.mesh,

@@ -10,8 +10,10 @@ pub(crate) fn scene(shape: Shape, shear_modulus: f64, poisson: f64, mu: f64, ste
         foundation: Foundation::half_space(Material { shear_modulus, poisson }),
         punch: Punch { shape, material: None },
         friction: Friction { mu },
+        wear: None,
         domain: None,
         loading: Loading::path(vec![step]),
+        interior: None,
     }
 }
 

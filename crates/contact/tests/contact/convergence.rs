@@ -249,13 +249,13 @@ fn a_flat_punch_converges_in_the_mean() {
 #[test]
 fn errors_against_a_finer_mesh_follow_those_against_the_closed_form() {
     let scene = pressed(Shape::Sphere { radius: 1.0 });
-    let controls = scene.loading.legs().last().unwrap().target;
+    let leg = *scene.loading.legs().last().unwrap();
     let (finest, finest_fields) = certified(&scene, &newton(192, Projection::Average));
     let exact = closed_form(&scene).unwrap();
     for n in [12, 24, 48] {
         let (end, fields) = certified(&scene, &newton(n, Projection::Average));
         let computed =
-            Errors::against_solution(&end, &fields, &finest, &finest_fields, &controls).unwrap();
+            Errors::against_solution(&end, &fields, &finest, &finest_fields, &leg).unwrap();
         let closed = Errors::against_closed_form(&end, &fields, &exact).unwrap();
         for ((name, computed), (_, closed)) in computed.named().zip(closed.named()) {
             assert_eq!(computed.is_some(), closed.is_some(), "{name}");
@@ -266,8 +266,7 @@ fn errors_against_a_finer_mesh_follow_those_against_the_closed_form() {
         }
     }
     let self_errors =
-        Errors::against_solution(&finest, &finest_fields, &finest, &finest_fields, &controls)
-            .unwrap();
+        Errors::against_solution(&finest, &finest_fields, &finest, &finest_fields, &leg).unwrap();
     assert!(
         self_errors.named().filter_map(|(_, error)| error).all(|error| error == 0.0),
         "{self_errors:?}"

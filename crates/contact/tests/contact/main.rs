@@ -10,12 +10,13 @@
 //! | `common` | the tests on any number of threads in `agreement`, `multiplicity`, `uniqueness_*` |
 //! | `foundation` | `layered_influence`, `foundations` |
 //! | `grid` | `layered_influence`, `convergence` (distances between grids) |
-//! | `punch` | `wheel_rail`, `height_maps`, `closed_forms` (shapes), `hard_cases` (chosen Ω) |
+//! | `punch` | `wheel_rail`, `wheel_creepage`, `height_maps`, `closed_forms` (shapes), `hard_cases` (chosen Ω) |
 //! | `influence` | `layered_influence`, `peers` (coefficients of layers) |
 //! | `problem` | `effects` (reductions), `laws` (units, shared operators), `hard_cases` (range) |
 //! | `solver` | `agreement`, `beyond_uniqueness`, `peers`, `rolling`, `hard_cases` |
 //! | `assess` | `laws` (the certificate), `convergence` (norms, errors), `estimate` |
-//! | `path` | `paths`, `watched`, `peers`, `rolling`, `hard_cases` (a cycle of 200 steps) |
+//! | `interior` | `interior` |
+//! | `path` | `paths`, `watched`, `peers`, `rolling`, `wear`, `hard_cases` (a cycle of 200 steps) |
 //! | `uniqueness` | `uniqueness_lower`, `uniqueness_upper` |
 //! | `multiplicity` | `multiplicity` |
 //! | `forecast` | `laws` (a forecast refuses what the problem refuses) |
@@ -40,6 +41,8 @@ mod foundations;
 mod hard_cases;
 /// A height map is one smooth surface for every mesh and projection.
 mod height_maps;
+/// Stresses below the surface meet closed forms and references, and obey the laws of elasticity.
+mod interior;
 /// Laws hold of every solution, and the certificate notices every kind of wrong answer.
 mod laws;
 /// Influence coefficients of layers meet reference values and limits.
@@ -58,5 +61,9 @@ mod uniqueness_lower;
 mod uniqueness_upper;
 /// A path that is watched shows its increments, their discrete problems, and ends on request.
 mod watched;
+/// Wear obeys Archard's law, on the shape as it is and on the shape that is left.
+mod wear;
+/// The creepages of a wheel meet CONTACT, and so do its creep forces.
+mod wheel_creepage;
 /// A wheel on a rail meets CONTACT's benchmark and Hertz.
 mod wheel_rail;

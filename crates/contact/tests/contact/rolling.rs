@@ -1,11 +1,16 @@
 //! Rolling contact against two independent programs, which solved the same discrete problems
 //! (midpoint projection): steady states and paths, of like and unlike bodies, with creepages and
 //! spin. Numbers of elements agree exactly, resultants to 1e-8 of μP and fields to 1e-8 of their
-//! peaks. `laws` needs no other program; `limits` goes to the ends of what rolls.
+//! peaks. `inverse` gives forces instead of creepages; `laws` and `theory` need no other program;
+//! `limits` goes to the ends of what rolls, `random` has scenes of all kinds, and `uniqueness` says
+//! what else could be a solution.
 
+mod inverse;
 mod laws;
 mod limits;
 mod random;
+mod theory;
+mod uniqueness;
 
 use std::ops::ControlFlow;
 
@@ -32,6 +37,7 @@ fn rolling(history: RollingHistory) -> Rolling {
         direction: RollingDirection::Forward,
         dq: None,
         history,
+        imposed: ImposedCreepages::default(),
     }
 }
 
@@ -47,14 +53,14 @@ fn sphere(poisson: [f64; 2], rolling: Rolling) -> Scene {
 }
 
 /// Returns the case of this `id` in a list of the file.
-fn case(list: &str, id: &str) -> Value {
+pub(crate) fn case(list: &str, id: &str) -> Value {
     let file: Value = serde_json::from_str(&reference("rolling_cases.json")).unwrap();
     let cases = file[list].as_array().unwrap();
     cases.iter().find(|case| case["id"] == id).expect("a case of that id").clone()
 }
 
 /// Returns the step of a case; its punch and the foundation are on the other sides of the signs.
-fn step(case: &Value, step: &Value) -> Step {
+pub(crate) fn step(case: &Value, step: &Value) -> Step {
     let load = if step["load"].is_object() { &step["load"] } else { &case["load"] };
     let given = Step {
         normal_force: load["normal_force"].as_f64(),
@@ -83,12 +89,13 @@ fn step(case: &Value, step: &Value) -> Step {
         direction,
         dq: Some(number(step, "dq")),
         history,
+        imposed: ImposedCreepages::default(),
     };
     Step { rolling: Some(rolling), ..given }
 }
 
 /// Returns the scene and the numerics of a case with these steps.
-fn problem(case: &Value, steps: Vec<Step>) -> (Scene, Numerics) {
+pub(crate) fn problem(case: &Value, steps: Vec<Step>) -> (Scene, Numerics) {
     let material = |body: u32| Material {
         shear_modulus: number(&case["material"], &format!("G{body}")),
         poisson: number(&case["material"], &format!("nu{body}")),
@@ -106,6 +113,7 @@ fn problem(case: &Value, steps: Vec<Step>) -> (Scene, Numerics) {
             material: Some(material(2)),
         },
         friction: Friction { mu: number(case, "mu") },
+        wear: None,
         domain: Some(Domain {
             width_x,
             width_y,
@@ -113,6 +121,7 @@ fn problem(case: &Value, steps: Vec<Step>) -> (Scene, Numerics) {
             center_y: number(mesh, "y_bottom") + 0.5 * width_y,
         }),
         loading: Loading::path(steps),
+        interior: None,
     };
     let mesh = Mesh::Exact([nx as u32, ny as u32]);
     (scene, numerics(mesh, Projection::Midpoint, 1e-10))

@@ -11,7 +11,7 @@ use contact::theory::hertz_ellipse;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-const STEEL: Material = Material { shear_modulus: 82e9, poisson: 0.28 };
+pub(crate) const STEEL: Material = Material { shear_modulus: 82e9, poisson: 0.28 };
 
 /// The side of the benchmark's elements \[m\].
 const ELEMENT: f64 = 0.2e-3;
@@ -135,6 +135,7 @@ impl Row {
             lateral,
             yaw,
             roll,
+            motion: None,
         });
         let step = Step { normal_force: Some(self.force), ..Step::default() };
         let mut scene = scene(shape, STEEL.shear_modulus, STEEL.poisson, 0.3, step);
@@ -144,7 +145,7 @@ impl Row {
 }
 
 /// Returns the profiles of the benchmark.
-fn profiles() -> Surfaces {
+pub(crate) fn profiles() -> Surfaces {
     let mut surfaces = Surfaces::new();
     let profile = |text| Arc::new(Profile::from_simpack(text).expect("a profile"));
     surfaces.insert_profile(
@@ -324,7 +325,7 @@ fn scenes_of_a_wheel_on_a_rail_meet_contact() {
 }
 
 /// Returns the mesh of elements that are at most as large as CONTACT's.
-fn fine_mesh(domain: &Domain) -> Mesh {
+pub(crate) fn fine_mesh(domain: &Domain) -> Mesh {
     Mesh::Exact([domain.width_x, domain.width_y].map(|width| (width / ELEMENT).ceil() as u32))
 }
 

@@ -38,7 +38,7 @@ pub enum VtiError {
 fn shared_grid<'a>(fields: &[&'a Field]) -> Result<&'a FieldGrid, VtiError> {
     let Some(first) = fields.first() else { return Err(VtiError::Empty) };
     for (i, field) in fields.iter().enumerate() {
-        if field.grid != first.grid {
+        if field.grid != first.grid || field.cut != first.cut {
             return Err(VtiError::Grids { first: first.name.clone(), other: field.name.clone() });
         }
         if fields[..i].iter().any(|earlier| earlier.name == field.name) {
@@ -87,7 +87,7 @@ impl Field {
 
 /// Writes fields on one grid as a VTK image (`.vti`), for ParaView and PyVista.
 ///
-/// Every field is cell data on a flat image in the plane z = 0; the data are binary, little-endian
+/// Every field is cell data on a flat image in its plane; the data are binary, little-endian
 /// and not compressed. States are bytes. Units stand in VTK's own `UNITS_LABEL`.
 ///
 /// # Errors
@@ -97,7 +97,12 @@ impl Field {
 /// Source: VTK file formats, <https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html>.
 pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
     let grid = shared_grid(fields)?;
-    let (nx, ny) = (grid.nx, grid.ny);
+    let cut = fields[0].cut;
+    let place = match cut.place() {
+        0.0 => "0".to_owned(),
+        place => exact(place),
+    };
+    let extent = cut.spread([grid.nx, grid.ny], 0).map(|n| format!("0 {n}")).join(" ");
     let mut out = String::from(
         "<?xml version=\"1.0\"?>\n\
          <VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
@@ -106,15 +111,13 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
     // Writing to a string does not fail.
     let _ = writeln!(
         out,
-        "<ImageData WholeExtent=\"0 {nx} 0 {ny} 0 0\" Origin=\"{} {} 0\" Spacing=\"{} {} 1\">",
-        exact(grid.origin[0]),
-        exact(grid.origin[1]),
-        exact(grid.element[0]),
-        exact(grid.element[1])
+        "<ImageData WholeExtent=\"{extent}\" Origin=\"{}\" Spacing=\"{}\">",
+        cut.spread(grid.origin.map(exact), place).join(" "),
+        cut.spread(grid.element.map(exact), "1".to_owned()).join(" ")
     );
     let _ = writeln!(
         out,
-        "<Piece Extent=\"0 {nx} 0 {ny} 0 0\">\n<CellData Scalars=\"{}\">",
+        "<Piece Extent=\"{extent}\">\n<CellData Scalars=\"{}\">",
         escape(&fields[0].name)
     );
     for field in fields {
@@ -177,7 +180,7 @@ pub fn pvd(files: &[SeriesFile]) -> String {
     out
 }
 
-/// Writes fields on one grid as CSV: the columns `x,y` of the centre of each element in metres,
+/// Writes fields on one grid as CSV: the columns `x,y`, or those of the section, of the centre of each element in metres,
 /// then a column for each field.
 ///
 /// Numbers are written as in [`DataTable::csv`](crate::DataTable::csv). A missing value is an empty
@@ -188,7 +191,9 @@ pub fn pvd(files: &[SeriesFile]) -> String {
 /// name.
 pub fn field_csv(fields: &[&Field]) -> Result<String, VtiError> {
     let grid = shared_grid(fields)?;
-    let header = ["x", "y"]
+    let cut = fields[0].cut;
+    let header = cut
+        .names()
         .into_iter()
         .chain(fields.iter().map(|f| f.name.as_str()))
         .map(str::to_owned)

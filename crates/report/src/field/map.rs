@@ -45,8 +45,17 @@ impl Field {
                 .map(|x| unit.of_si(x));
             AxisScale { low: ends[0], high: ends[1], log: false }
         };
-        let x = DrawnAxis::across(scale(0), width, "x", &unit.name);
-        let y = DrawnAxis::new(scale(1), scale(1).ticks((height / 45.0) as usize), "y", &unit.name);
+        let [across, down] = self.cut.names();
+        let x = DrawnAxis::across(scale(0), width, across, &unit.name);
+        // A section is drawn with the surface on top: its axis counts heights.
+        let (upward, up) = if self.cut.is_section() {
+            let AxisScale { low, high, log } = scale(1);
+            (AxisScale { low: 0.0 - high, high: 0.0 - low, log }, "−z")
+        } else {
+            (scale(1), down)
+        };
+        let ticks = upward.ticks((height / 45.0) as usize);
+        let y = DrawnAxis::new(upward, ticks, up, &unit.name);
 
         let beside = y.room_beside(height);
         let key = match &self.values {
@@ -68,7 +77,11 @@ impl Field {
             let baseline = MARGIN + TITLE_SIZE + i as f64 * (TITLE_SIZE + 5.0);
             drawing.text((left, baseline), TITLE_SIZE, Anchor::Start, line);
         }
-        drawing.push(&picture(frame, &self.grid, &colors(&self.values)));
+        let mut colors = colors(&self.values);
+        if self.cut.is_section() {
+            colors = colors.chunks(self.grid.nx).rev().flatten().copied().collect();
+        }
+        drawing.push(&picture(frame, &self.grid, &colors));
         axis::below(&mut drawing, frame, &x, false);
         axis::left(&mut drawing, frame, &y, false, true);
         drawing.rect(frame, "none", INK, 0.9);
@@ -81,7 +94,7 @@ impl Field {
                 (MARGIN, bottom - 2.0),
                 10.0,
                 Anchor::Start,
-                "x and y are not drawn to the same scale",
+                &format!("{across} and {down} are not drawn to the same scale"),
             );
         }
         drawing.finish(total, bottom + MARGIN, &self.title())

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use super::cut::CutPlane;
+
 /// A uniform grid of rectangular elements. Element (i, j) is the i-th along x and the j-th along y,
 /// both from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,6 +116,7 @@ pub struct Field {
     pub(super) unit: String,
     pub(super) grid: FieldGrid,
     pub(super) values: Values,
+    pub(super) cut: CutPlane,
 }
 
 impl Field {
@@ -161,7 +164,28 @@ impl Field {
                 names: names.len(),
             });
         }
-        Ok(Field { name, unit: unit.into(), grid, values })
+        Ok(Field { name, unit: unit.into(), grid, values, cut: CutPlane::Z(0.0) })
+    }
+
+    /// Puts the field on another plane than z = 0. The grid's x and y are the plane's own two
+    /// coordinates, in the order of x, y and z.
+    pub fn on(self, cut: CutPlane) -> Field {
+        Field { cut, ..self }
+    }
+
+    /// Returns the field with its rows in reverse, on the plane z = 0.
+    pub(super) fn upside_down(&self) -> Field {
+        let nx = self.grid.nx;
+        let values = match &self.values {
+            Values::Number(values) => {
+                Values::Number(values.chunks(nx).rev().flatten().copied().collect())
+            }
+            Values::Category { states, names } => Values::Category {
+                states: states.chunks(nx).rev().flatten().copied().collect(),
+                names: names.clone(),
+            },
+        };
+        Field { values, cut: CutPlane::Z(0.0), ..self.clone() }
     }
 
     /// Returns the name as words.

@@ -27,13 +27,16 @@ const STATES: &[u8] = b" .#o+x*%&=";
 const RESET: &str = "\u{1b}[0m";
 
 impl Field {
-    /// Draws the field as text at most `width` characters wide, y upwards, followed by lines that
+    /// Draws the field as text at most `width` characters wide, y upwards (z downwards), followed by lines that
     /// give the scale.
     ///
     /// A pixel averages the elements that it covers, or shows their most frequent state. Without
     /// colours, numbers are drawn with `.:-=+*#%@` from the lowest to the highest, and an element
     /// without a value is blank.
     pub fn terminal(&self, width: usize, ink: TerminalInk) -> String {
+        if self.cut.is_section() {
+            return self.upside_down().terminal(width, ink);
+        }
         let width = width.clamp(8, 400);
         let [length, breadth] = self.grid.lengths();
         // A character is about twice as high as wide, so a pixel is half a character high. Its side

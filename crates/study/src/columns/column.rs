@@ -6,6 +6,7 @@ use contact::assess::Errors;
 use contact::model::{Observables, Outcome, StepOutcome};
 
 use crate::account::RunAccount;
+use crate::job::Case;
 use crate::key::Key;
 use crate::point::StudyPoint;
 use crate::record::Record;
@@ -114,6 +115,7 @@ pub(crate) enum ColumnSource {
     JobKey,
     Record(fn(&Record) -> Value),
     Outcome(fn(&Outcome) -> Value),
+    Solved(fn(&Case, &Outcome) -> Value),
     End(fn(&StepOutcome) -> Value),
     Observed(fn(&Observables) -> Value),
     Compared(fn(&Compared) -> Value),
@@ -156,6 +158,12 @@ impl Column {
             ColumnSource::Record(read) => record.map_or(Value::Missing, read),
             ColumnSource::Outcome(read) => {
                 record.and_then(Record::outcome).map_or(Value::Missing, read)
+            }
+            ColumnSource::Solved(read) => {
+                match (point.job.case(), record.and_then(Record::outcome)) {
+                    (Some(case), Some(outcome)) => read(case, outcome),
+                    _ => Value::Missing,
+                }
             }
             ColumnSource::End(read) => end().map_or(Value::Missing, read),
             ColumnSource::Observed(read) => {

@@ -14,8 +14,11 @@
 //! the smallest ε on the same mesh stands for the limit; that is the solution for ε = 0 if it is
 //! there.
 
+use super::rolling::ROLLING;
+use super::rolling_theory::ROLLING_THEORY;
 use super::solve::{self, SOLUTION};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
+use super::wear::WEAR;
 use crate::axis::{Group, SweepAxis};
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
@@ -35,7 +38,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         advice: "or say kind = \"convergence\" at the top",
     }),
     has_accuracy: false,
-    columns: &[SOLUTION, ERRORS],
+    columns: &[SOLUTION, ROLLING, ROLLING_THEORY, WEAR, ERRORS],
     usual_columns: &["load", "peak_pressure", "status"],
     suggestions,
     ..solve::SPEC

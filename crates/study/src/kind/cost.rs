@@ -6,10 +6,10 @@
 //!                             # times over
 //!
 //! [cost]                      # may be left out
-//! on = "load"                 # the error that counts: load, approach, peak_pressure,
-//!                             # contact_area, stick_area, and where the scene has a closed form
-//!                             # pressure or traction, in L2; the load or the approach, whichever
-//!                             # is not given
+//! on = "load"                 # the error that counts: load, tangential_force, approach,
+//!                             # peak_pressure, contact_area, stick_area, and where the scene has a
+//!                             # closed form pressure or traction, in L2; the load or the approach,
+//!                             # whichever is not given
 //! repeat = 5                  # times
 //! threads = 1                 # threads of the worker
 //!
@@ -22,8 +22,11 @@
 //! form, else against the limit to which the meshes with the tightest other settings extrapolate.
 
 use super::convergence::ERRORS;
+use super::rolling::ROLLING;
+use super::rolling_theory::ROLLING_THEORY;
 use super::solve::{self, SOLUTION};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
+use super::wear::WEAR;
 use crate::axis::{Group, SweepAxis};
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
@@ -52,7 +55,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         Job::Cost { case: assembler.case(), repeat, threads }
     },
     to_toml,
-    columns: &[SOLUTION, ERRORS, CLAIM],
+    columns: &[SOLUTION, ROLLING, ROLLING_THEORY, WEAR, ERRORS, CLAIM],
     usual_columns: &["seconds", "spread", "iterations", "status"],
     suggestions,
     ..solve::SPEC
@@ -71,8 +74,16 @@ pub struct Cost {
 }
 
 /// The errors that can count.
-pub(crate) const ON: [&str; 7] =
-    ["load", "approach", "peak_pressure", "contact_area", "stick_area", "pressure", "traction"];
+pub(crate) const ON: [&str; 8] = [
+    "load",
+    "tangential_force",
+    "approach",
+    "peak_pressure",
+    "contact_area",
+    "stick_area",
+    "pressure",
+    "traction",
+];
 
 /// The number of repetitions if the study does not say.
 const REPEAT: u32 = 5;

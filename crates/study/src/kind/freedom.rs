@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use contact::model::{Control, Dof, Step};
+use contact::model::{Control, Dof, Rolling, Step};
 
 use crate::job::Job;
 
@@ -26,24 +26,26 @@ const QUANTITIES: [&str; 9] = [
 pub(super) struct ScenesFreedom {
     prescribed: HashSet<String>,
     moved: Vec<Dof>,
+    /// True if a path ends in rolling, where creepages stand for shifts.
+    rolls: bool,
 }
 
 impl ScenesFreedom {
     /// Returns the freedom that all of some jobs leave.
     pub(super) fn of(jobs: &[Job]) -> Self {
         let mut freedom = Self::default();
-        for loading in jobs.iter().filter_map(|job| Some(&job.case()?.scene.loading)) {
-            let Some(end) = loading.legs().last().map(|leg| leg.target) else { continue };
+        for scene in jobs.iter().filter_map(|job| Some(&job.case()?.scene)) {
+            let legs = scene.loading.legs();
+            let Some(end) = legs.last() else { continue };
+            freedom.rolls |= end.rolling.is_some();
             for dof in Dof::ALL {
-                let [motion, force] = columns(dof);
-                let prescribed = match end[dof] {
+                let [motion, force] = columns(dof, end.rolling.is_some());
+                let prescribed = match end.target[dof] {
                     Control::Motion(_) => motion,
                     Control::Force(_) => force,
                 };
                 freedom.prescribed.insert(prescribed);
-                let is_moved = dof == Dof::Approach
-                    || loading.steps.iter().any(|step| step.given()[dof] != [None, None]);
-                if is_moved && !freedom.moved.contains(&dof) {
+                if (dof == Dof::Approach || scene.moves(dof)) && !freedom.moved.contains(&dof) {
                     freedom.moved.push(dof);
                 }
             }
@@ -56,10 +58,10 @@ impl ScenesFreedom {
     pub(super) fn quantities(&self, x: &str) -> Vec<String> {
         let answering = match without_step(x) {
             "mu" => Some("stick_fraction".to_owned()),
-            key => answer_to(key),
+            key => answer_to(key, self.rolls),
         };
         let both = |dof: &Dof| {
-            let [motion, force] = columns(*dof);
+            let [motion, force] = columns(*dof, self.rolls);
             [force, motion]
         };
         let named = |names: &'static [&'static str]| names.iter().map(|name| (*name).to_owned());
@@ -82,22 +84,26 @@ impl ScenesFreedom {
     }
 }
 
-/// Returns the columns of a degree of freedom: its motion, and the force that is its
-/// work-conjugate.
-fn columns(dof: Dof) -> [String; 2] {
+/// Returns the columns of a degree of freedom: its motion, which is a creepage where the path ends
+/// in rolling, and the force that is its work-conjugate.
+fn columns(dof: Dof, rolls: bool) -> [String; 2] {
     let [motion, force] = Step::NAMES[dof];
+    let motion = match Rolling::name(dof) {
+        Some(creepage) if rolls => creepage,
+        _ => motion,
+    };
     let force = if dof == Dof::Approach { "load" } else { force };
     [format!("at_{motion}"), force.to_owned()]
 }
 
 /// Returns the column that answers to a motion or a force that is prescribed: the other one of the
 /// two.
-fn answer_to(key: &str) -> Option<String> {
+fn answer_to(key: &str, rolls: bool) -> Option<String> {
     Dof::ALL.into_iter().find_map(|dof| {
         let [motion_key, force_key] = Step::NAMES[dof];
-        let [motion, force] = columns(dof);
+        let [motion, force] = columns(dof, rolls);
         match key {
-            key if key == motion_key => Some(force),
+            key if key == motion_key || Rolling::name(dof) == Some(key) => Some(force),
             key if key == force_key => Some(motion),
             _ => None,
         }

@@ -33,6 +33,9 @@ pub(crate) const SPEC: KindSpec = KindSpec {
 fn refuses(key: Key) -> Option<&'static str> {
     match key {
         Key::Simulate => Some("a search simulates every effect"),
+        Key::InteriorMaximum | Key::InteriorDepth | Key::InteriorDepths | Key::InteriorPoints => {
+            Some("a search for every solution looks at no stresses below the surface")
+        }
         Key::Method => Some("a search tries every method"),
         Key::CreepageX(_)
         | Key::CreepageY(_)
@@ -42,6 +45,9 @@ fn refuses(key: Key) -> Option<&'static str> {
         | Key::Distance(_)
         | Key::Dq(_)
         | Key::Steady(_) => Some("a search knows no step that rolls"),
+        Key::WearCoefficient | Key::WearUpdate | Key::WearRepeat => {
+            Some("a search looks for solutions of one shape, and counts none of its wear")
+        }
         _ => None,
     }
 }

@@ -7,8 +7,8 @@ use std::sync::OnceLock;
 use proptest::prelude::*;
 
 use contact::model::{
-    Base, Domain, Effect, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
-    Projection, Punch, Scene, Shape, Side, Step, WheelRail,
+    Base, Domain, Effect, Foundation, Friction, InteriorQuestion, Layer, Loading, Material, Mesh,
+    Method, Numerics, Projection, Punch, Scene, Shape, Side, Step, WheelRail,
 };
 use contact::punch::ProfileKind;
 use study::key::Key;
@@ -503,7 +503,7 @@ prop_compose! {
         let [wheel, rail] = [&profiles()[0], &profiles()[1]].map(|(name, _)| name.clone());
         let [rolling_radius, gauge, gauge_depth, flange_back_distance, flange_back_to_origin] = lengths;
         let side = if left { Side::Left } else { Side::Right };
-        WheelRail { wheel, rail, side, rolling_radius, gauge, gauge_depth, flange_back_distance, flange_back_to_origin, lateral, yaw, roll }
+        WheelRail { wheel, rail, side, rolling_radius, gauge, gauge_depth, flange_back_distance, flange_back_to_origin, lateral, yaw, roll, motion: None }
     }
 }
 
@@ -606,6 +606,17 @@ prop_compose! {
 }
 
 prop_compose! {
+    /// Depths are in parts of that of a rigid base.
+    fn interior()(
+        maximum: bool,
+        depths in prop::collection::vec(0.0..1.0f64, 0..3),
+        points in prop::collection::vec([-1.0..1.0f64, -1.0..1.0f64, 0.0..1.0f64], 0..3),
+    ) -> InteriorQuestion {
+        InteriorQuestion { maximum: maximum || depths.is_empty(), depths, points }
+    }
+}
+
+prop_compose! {
     fn job()(
         foundation in foundation(),
         shape in shape(),
@@ -613,14 +624,23 @@ prop_compose! {
         mu in 0.0..10.0f64,
         domain in prop::option::of(domain()),
         loading in loading(),
+        interior in prop::option::of(interior()),
         numerics in numerics(),
     ) -> Job {
+        let mut interior = interior;
+        if let Some(InteriorQuestion { depths, points, .. }) = &mut interior {
+            let deepest = foundation.depth().unwrap_or(1.0);
+            let below = depths.iter_mut().chain(points.iter_mut().map(|point| &mut point[2]));
+            below.for_each(|depth| *depth *= deepest);
+        }
         let scene = Scene {
             foundation,
             punch: Punch { shape, material },
             friction: Friction { mu },
+            wear: None,
             domain,
             loading,
+            interior,
         };
         Job::Solve(Case { scene, numerics })
     }
@@ -669,14 +689,14 @@ proptest! {
             });
             let expected = match given {
                 Some(serde_json::Value::Number(x)) => Some(x.to_string().parse().unwrap()),
-                Some(serde_json::Value::Array(list)) if !matches!(key, Key::Mesh | Key::Simulate) => Some(list.len() as f64),
+                Some(serde_json::Value::Array(list)) if !matches!(key, Key::Mesh | Key::Simulate | Key::InteriorDepths | Key::InteriorPoints) => Some(list.len() as f64),
                 _ => None,
             };
             if let Some(expected) = expected {
                 for name in [key.column(), key.path(), key.short()] {
                     prop_assert_eq!(value(&name).and_then(|value| value.as_f64()), Some(expected), "{}", name);
                 }
-            } else if given.is_none() && !matches!(key, Key::Layers | Key::Cycles | Key::Increments(_) | Key::Epsilon | Key::DomainCenterX | Key::DomainCenterY) {
+            } else if given.is_none() && !matches!(key, Key::InteriorDepth | Key::Layers | Key::Cycles | Key::Increments(_) | Key::Epsilon | Key::DomainCenterX | Key::DomainCenterY) {
                 // A key without a default is missing, if there is a column for it at all.
                 prop_assert_eq!(value(&key.column()).unwrap_or(Value::Missing), Value::Missing, "{}", key.column());
             }

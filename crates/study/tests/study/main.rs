@@ -2,6 +2,7 @@
 
 mod accepted;
 mod edited;
+mod interior;
 mod kinds;
 mod limits;
 mod materials;
@@ -12,3 +13,5 @@ mod sample;
 mod sensitivity;
 mod simulate;
 mod sphere;
+mod wear;
+mod wheelset;

@@ -43,6 +43,21 @@ const CASES: &[(&str, &str, &str)] = &[
     ("convergence table of another kind", "[sweep]", "[convergence]\nalong = \"mesh\"\n[sweep]"),
     ("cost table of another kind", "[sweep]", "[cost]\nrepeat = 3\n[sweep]"),
     (
+        "figure of points by a column that is not there",
+        "[sweep]",
+        "[figure]\nx = \"mu\"\ny = \"load\"\nwhere = \"creepage_x == 0\"\n[sweep]",
+    ),
+    (
+        "figure of points by no condition",
+        "[sweep]",
+        "[figure]\nx = \"mu\"\ny = \"load\"\nwhere = \"mu + 1\"\n[sweep]",
+    ),
+    (
+        "histogram of points by a text that is a number",
+        "[sweep]",
+        "[figure]\nkind = \"histogram\"\nx = \"load\"\nwhere = \"status > 3\"\n[sweep]",
+    ),
+    (
         "refine and bisect",
         "[sweep]",
         "[refine]\non = \"load\"\nuntil = 0.1\n[bisect]\naxis = \"mu\"\non = \"load > 0\"\nto = 0.1\n[sweep]",

@@ -1,6 +1,6 @@
 //! Steps that roll, in a study file: what they become, what a job writes, and what is refused.
 
-use contact::model::{Loading, Rolling, RollingDirection, RollingHistory, Step};
+use contact::model::{ImposedCreepages, Loading, Rolling, RollingDirection, RollingHistory, Step};
 use proptest::prelude::*;
 use study::{Case, Job, NamedFile, Study, StudyError, columns};
 
@@ -41,6 +41,7 @@ fn the_keys_of_a_step_make_its_rolling() {
         direction: RollingDirection::Backward,
         dq: None,
         history: RollingHistory::Steady,
+        imposed: ImposedCreepages::default(),
     };
     assert_eq!((steady[0].increments, steady[0].rolling), (1, Some(rolling)));
     let governed = steps(
@@ -177,6 +178,7 @@ prop_compose! {
             direction: if is_backward { RollingDirection::Backward } else { RollingDirection::Forward },
             dq: if is_steady { dq } else { Some(distance / f64::from(increments)) },
             history: if is_steady { RollingHistory::Steady } else { RollingHistory::Transient },
+            imposed: ImposedCreepages::default(),
         };
         let increments = if is_steady { 1 } else { increments };
         Step { normal_force: Some(1e3), increments, rolling: Some(rolling), ..Step::default() }

@@ -140,8 +140,10 @@ fn scenes() -> impl Strategy<Value = Scene> {
                 foundation,
                 punch,
                 friction: Friction { mu },
+                wear: None,
                 domain,
                 loading: Loading::path(steps),
+                interior: None,
             }
         },
     )

@@ -1,0 +1,79 @@
+//! Stresses below the surface: columns, plans, planes and sections of a stored result.
+
+use crate::place::Place;
+
+/// A sphere with a contact radius of some 10 µm.
+const SPHERE: &str = r#"name = "one"
+
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "1 mm" }
+loading.steps = [{ approach = "0.1 um" }]
+
+[numerics]
+mesh = 16
+"#;
+
+fn below() -> Place {
+    let asked = "[interior]\nmaximum = true\ndepth = \"5 um\"\npoints = [[0, 0, \"5 um\"]]\n";
+    Place::with("one.toml", SPHERE.to_owned() + asked)
+}
+
+#[test]
+fn a_study_that_asks_has_columns_a_reason_and_a_residual() {
+    let place = below();
+    let plan = place.succeed("plan one.toml");
+    assert!(plan.contains("`[interior]` asks for the largest stresses and one plane"), "{plan}");
+    place.write("silent.toml", SPHERE);
+    let silent = place.succeed("plan silent.toml");
+    assert!(silent.contains("no stress below the surface is computed"), "{silent}");
+    place.succeed("run one.toml --workers 1");
+    let columns = "von_mises_max,von_mises_z,von_mises_below_over_pressure,plane_von_mises,\
+                   stress_zz,interior_residual";
+    let said = place.json(&format!("query one --json --select {columns}"));
+    let row = &said["rows"][0];
+    let number = |name: &str| row[name].as_f64().unwrap_or_else(|| panic!("{name} in {row}"));
+    assert!(number("von_mises_max") >= number("plane_von_mises"), "{row}");
+    assert!((number("von_mises_below_over_pressure") - 0.62).abs() < 0.06, "{row}");
+    assert!(number("stress_zz") < 0.0 && number("interior_residual") < 1e-7, "{row}");
+}
+
+#[test]
+fn planes_and_sections_are_computed_from_what_is_stored() {
+    let place = below();
+    place.succeed("run one.toml --workers 1");
+    let key = place.keys().remove(0);
+    let show = |plane: &str, more: &[&str]| {
+        place.words(&[&["show", key.as_str(), "--plane", plane], more].concat())
+    };
+    let plane = show("z=5 um", &["--field", "von_mises"]);
+    assert!(plane.code == 0 && plane.out.starts_with("von mises"), "{}{}", plane.out, plane.err);
+    let section = ["--down-to", "30 um", "--field", "von_mises", "--output", "s.svg"];
+    assert_eq!(show("y=0 mm", &section).code, 0);
+    let svg = std::fs::read_to_string(place.path("s.svg")).unwrap();
+    assert!(svg.contains("−z") && svg.contains("von mises"), "{svg}");
+    assert_eq!(show("x=0", &["--output", "s.vti"]).code, 0);
+    let vti = std::fs::read_to_string(place.path("s.vti")).unwrap();
+    assert!(vti.contains("WholeExtent=\"0 0 0 16 0 "), "{}", &vti[..400]);
+    assert!(vti.contains("Name=\"tresca\"") && vti.contains("Name=\"stress_third\""));
+    assert_eq!(show("z=5e-6", &["--field", "stress_xx", "--output", "p.npy"]).code, 0);
+    assert_eq!(show("z=5e-6", &["--output", "p.csv"]).code, 0);
+    let mut said = String::new();
+    for (plane, more) in [
+        ("5 um", &[][..]),
+        ("w=5 um", &[]),
+        ("z=five", &[]),
+        ("z=-5 um", &[]),
+        ("z=5 N", &[]),
+        ("z=5 um", &["--down-to", "1 um"]),
+        ("x=0", &["--down-to", "-1 um"]),
+        ("x=0", &["--field", "pressure"]),
+        ("x=0", &["--output", "s.png"]),
+        ("x=0", &["--output", "s.pvd"]),
+    ] {
+        let answer = show(plane, more);
+        assert_eq!(answer.code, 1, "{plane} {more:?}: {}", answer.out);
+        said += &format!("{plane} {}\n{}", more.join(" "), answer.err);
+    }
+    insta::assert_snapshot!(said);
+}
