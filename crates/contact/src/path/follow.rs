@@ -316,7 +316,7 @@ impl Path {
         }
         self.fields = fields;
         self.reached = iterate.motion;
-        // Where the contact rolls on, the elements are for the most part in the states they were in.
+        // Where the contact rolls on, most elements stay in the states that they are in.
         let next = setup.increments.get(self.steps.len());
         let w = next.is_some_and(|next| next.leg.rolling.is_some()).then_some(w);
         self.start = Start { p: iterate.p, motion: iterate.motion, w };
@@ -449,8 +449,8 @@ fn coarse_start(
     if usable { start } else { nothing(fine) }
 }
 
-/// Makes the motion of a rolling increment on a coarser grid one on the grid of `fine`. Creepages are
-/// the same on both, while the distances have this `ratio`. A motion that a mirror plane forbids is
+/// Makes the motion of a rolling increment on a coarser grid one on the grid of `fine`. Creepages
+/// are the same on both, while the distances have this `ratio`. A motion that a mirror plane forbids is
 /// none: a coarser grid may have no plane, and rounding in its place.
 fn carry_creepages(setup: &PathSetup<'_>, fine: &Problem, motion: &mut PerDof<f64>, ratio: f64) {
     for dof in Dof::TANGENTIAL {

@@ -102,13 +102,13 @@ fn staged(
     total
 }
 
-/// The least friction to begin with over that of the problem, the factor by which it falls at first,
-/// and the one with which it is given up.
+/// The least friction to begin with over that of the problem, the factor by which it falls at
+/// first, and the one with which it is given up.
 const FRICTION: [f64; 3] = [2.0, 4.0, 1.01];
 
 /// Solves a `problem` that rolls steadily under tangential forces with more friction, which falls
-/// from solution to solution. A force grows no more once all of the contact slips, so that creepages
-/// that are once too large get larger and larger; with more friction some of it sticks.
+/// from solution to solution. A force grows no more once all of the contact slips, so that
+/// creepages that are once too large get larger and larger; with more friction some of it sticks.
 fn losing_friction(
     problem: &mut Problem,
     operators: &mut Operators,

@@ -1,7 +1,6 @@
 //! Scenes that roll at random: pairs of any ν and moduli, coated or not, contacts of any shape,
 //! steady or along a path, by any distance, with creepages and spin from almost nothing to full
-//! slip, or forces in their place up to almost sliding. Every one of them is solved, unless friction
-//! cannot carry what is asked of it; then words say so.
+//! slip, or forces in their place up to almost sliding. Every one of them is solved.
 
 use super::{PAIR, rolling, sphere};
 use crate::common::*;
@@ -41,20 +40,20 @@ fn creepages() -> impl Strategy<Value = [f64; 3]> {
 /// The values that are given: creepages alone, or forces and a moment in the place of some, as
 /// shares of what friction carries; two forces have an angle.
 #[derive(Clone, Copy, Debug)]
-enum Given {
+enum Prescribed {
     Creepages,
     ForceX(f64),
     Forces(f64, f64),
     Moment(f64),
 }
 
-fn given() -> impl Strategy<Value = Given> {
+fn given() -> impl Strategy<Value = Prescribed> {
     let share = || prop_oneof![2 => -0.95..0.95, 1 => Just(0.999), 1 => Just(-0.99)];
     prop_oneof![
-        4 => Just(Given::Creepages),
-        2 => share().prop_map(Given::ForceX),
-        1 => (share(), 0.0..std::f64::consts::TAU).prop_map(|(share, angle)| Given::Forces(share, angle)),
-        1 => (-0.3..0.3).prop_map(Given::Moment),
+        4 => Just(Prescribed::Creepages),
+        2 => share().prop_map(Prescribed::ForceX),
+        1 => (share(), 0.0..std::f64::consts::TAU).prop_map(|(share, angle)| Prescribed::Forces(share, angle)),
+        1 => (-0.3..0.3).prop_map(Prescribed::Moment),
     ]
 }
 
@@ -86,12 +85,12 @@ fn scenes() -> impl Strategy<Value = (Scene, Numerics)> {
     let bodies = (poisson(), poisson(), decades(-1.0, 1.0), any::<bool>());
     let layers = prop_oneof![3 => Just(Vec::new()), 1 => prop::collection::vec(layer(), 1..3)];
     let shape = (decades(-0.5, 0.5), prop_oneof![4 => 0.05..1.0, 1 => decades(-4.0, 1.0)]);
-    let way = (distance(), any::<bool>(), any::<bool>(), -0.3..0.3);
+    let travel = (distance(), any::<bool>(), any::<bool>(), -0.3..0.3);
     let mesh = (8u32..25, any::<bool>());
-    (bodies, layers, shape, creepages(), given(), before(), way, mesh).prop_map(
-        |(bodies, layers, (ratio, mu), creepages, given, before, way, (mesh, is_mean))| {
+    (bodies, layers, shape, creepages(), given(), before(), travel, mesh).prop_map(
+        |(bodies, layers, (ratio, mu), creepages, given, before, travel, (mesh, is_mean))| {
             let (foundation, punch, modulus, is_alike) = bodies;
-            let (dq, is_steady, is_backward, spin_center) = way;
+            let (dq, is_steady, is_backward, spin_center) = travel;
             let poisson = if is_alike { [foundation; 2] } else { [foundation, punch] };
             let [x, y, spin] = creepages.map(|creepage| creepage * mu / 8.8);
             let history =
@@ -123,17 +122,17 @@ fn scenes() -> impl Strategy<Value = (Scene, Numerics)> {
             let press = Step { normal_force: Some(load), ..Step::default() };
             if let Some(last) = &mut end.rolling {
                 match given {
-                    Given::Creepages => {}
-                    Given::ForceX(share) => {
+                    Prescribed::Creepages => {}
+                    Prescribed::ForceX(share) => {
                         last.creepage_x = None;
                         end.force_x = Some(share * mu * load);
                     }
-                    Given::Forces(share, angle) => {
+                    Prescribed::Forces(share, angle) => {
                         (last.creepage_x, last.creepage_y) = (None, None);
                         end.force_x = Some(share * angle.cos() * mu * load);
                         end.force_y = Some(share * angle.sin() * mu * load);
                     }
-                    Given::Moment(share) => {
+                    Prescribed::Moment(share) => {
                         (last.spin, last.spin_center) = (None, 0.0);
                         end.moment_z = Some(share * mu * load);
                     }
