@@ -164,7 +164,8 @@ pub enum Route {
     /// Newton's method, with the motions that forces govern among its unknowns.
     #[default]
     Newton,
-    /// Newton's method for prescribed motions within one for the forces.
+    /// Newton's method for prescribed motions within one for the forces, or from solutions with more
+    /// friction.
     NewtonWithinForces,
     /// Newton's method within one for the forces, with Seidel sweeps where it does not converge.
     NewtonAndSeidel,

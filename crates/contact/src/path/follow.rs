@@ -293,7 +293,7 @@ impl Path {
             &setup.stages,
             &Conditions { controls: &controls, start: &self.start, rule },
         );
-        let Increment { mut status, mut outcome, mut fields, left } = certify_increment(
+        let Increment { mut status, mut outcome, mut fields, left, w } = certify_increment(
             &self.problem,
             Certifying { elastic: &self.operator, steady: steady.as_ref() },
             &iterate,
@@ -316,7 +316,10 @@ impl Path {
         }
         self.fields = fields;
         self.reached = iterate.motion;
-        self.start = Start { p: iterate.p, motion: iterate.motion };
+        // Where the contact rolls on, most elements stay in the states that they are in.
+        let next = setup.increments.get(self.steps.len());
+        let w = next.is_some_and(|next| next.leg.rolling.is_some()).then_some(w);
+        self.start = Start { p: iterate.p, motion: iterate.motion, w };
         if roll.is_some() {
             self.count_anew();
         }
@@ -411,7 +414,7 @@ const COARSEST: u32 = 12;
 
 /// Returns a start without tractions and motions.
 fn nothing(problem: &Problem) -> Start {
-    Start { p: vec![0.0; problem.f.len()], motion: PerDof::all(0.0) }
+    Start::new(vec![0.0; problem.f.len()], PerDof::all(0.0))
 }
 
 /// Returns a start for the first increment, found on grids of half as many elements each way, from
@@ -441,7 +444,7 @@ fn coarse_start(
             carry_creepages(setup, fine, &mut motion, here / there);
         }
     }
-    let start = Start { p: coarse.problem.grid.sample(&coarse.start.p, &fine.grid), motion };
+    let start = Start::new(coarse.problem.grid.sample(&coarse.start.p, &fine.grid), motion);
     ladder.push(coarse);
     if usable { start } else { nothing(fine) }
 }

@@ -186,6 +186,88 @@ fn effects_left_out_change_nothing() {
     }
 }
 
+/// The mesh is large enough that every loop is shared between threads.
+#[test]
+fn what_rolls_has_the_same_bytes_on_any_number_of_threads() {
+    let along = |history| Rolling {
+        creepage_x: Some(0.008),
+        creepage_y: Some(0.003),
+        spin: Some(0.01),
+        ..rolling(history)
+    };
+    for history in [RollingHistory::Steady, RollingHistory::Transient] {
+        let mut scene = sphere([0.2, 0.4], along(history));
+        let first = scene.loading.steps[0];
+        scene.loading.steps.insert(0, Step { rolling: None, ..first });
+        let numerics = numerics(Mesh::Across(190), Projection::Midpoint, 1e-8);
+        let solved_on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap()
+            })
+        };
+        let one = solved_on(1);
+        assert_eq!(one.0.status, Status::Certified);
+        assert!(one.0.estimate.is_some());
+        // Every digit of a double goes into its debug text.
+        let texts = [2, 3].map(|threads| format!("{:?}", solved_on(threads)));
+        assert!(texts.iter().all(|text| *text == format!("{one:?}")), "{history:?}");
+    }
+}
+
+/// The estimate of a creep force covers the distance to the limit of fine meshes on nearly all
+/// meshes, and is not many times as large. A creepage under a force is a motion over the distance,
+/// whatever that is on the coarser grid.
+#[test]
+fn creep_forces_are_as_near_as_they_are_estimated() {
+    let zero = rolling(RollingHistory::Steady);
+    let [along, across] = [Some(0.013464), Some(0.008)];
+    let scenes = [
+        (PAIR, Rolling { creepage_x: along, ..zero }),
+        (PAIR, Rolling { creepage_y: across, ..zero }),
+        (PAIR, Rolling { creepage_x: across, spin: Some(0.01), ..zero }),
+        ([0.2, 0.4], Rolling { creepage_x: along, ..zero }),
+        ([0.2, 0.4], Rolling { creepage_x: Some(0.03), creepage_y: across, ..zero }),
+    ];
+    let (mut covered, mut count, mut excess) = (0, 0, Vec::new());
+    for (pair, rolling) in scenes {
+        let solved = |n: u32| {
+            let numerics = numerics(Mesh::Across(n), Projection::Average, 1e-8);
+            let scene = sphere(pair, rolling);
+            let (outcome, _) =
+                solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+            assert_eq!(outcome.status, Status::Certified);
+            let o = outcome.last().unwrap().observables;
+            let estimated = outcome.estimate.unwrap().figures.tangential_force.unwrap();
+            ([o.force_x, o.force_y], estimated)
+        };
+        // Errors are of first order, so that two fine meshes give the limit.
+        let [(half, _), (fine, _)] = [96, 192].map(solved);
+        let limit = [0, 1].map(|c| 2.0 * fine[c] - half[c]);
+        for n in [12, 16, 20, 24, 32, 40, 48, 64] {
+            let (force, estimated) = solved(n);
+            let error = (force[0] - limit[0]).hypot(force[1] - limit[1]) / limit[0].hypot(limit[1]);
+            println!("{pair:?} {n:3}: estimated {estimated:.1e}, off by {error:.1e}");
+            covered += usize::from(error <= estimated);
+            count += 1;
+            excess.push(estimated / error);
+        }
+    }
+    excess.sort_by(f64::total_cmp);
+    let median = excess[count / 2];
+    println!("{covered} of {count} covered, median {median:.1}");
+    assert!(20 * covered >= 19 * count && median < 4.0, "{covered} of {count}, {median}");
+
+    let mut scene = sphere(PAIR, Rolling { creepage_x: None, ..zero });
+    let step = &mut scene.loading.steps[0];
+    step.force_x = step.normal_force.map(|load| 0.12 * load);
+    let numerics = numerics(Mesh::Across(32), Projection::Average, 1e-8);
+    let (outcome, _) =
+        solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+    let estimated = outcome.estimate.unwrap().figures.shift.unwrap();
+    assert!(estimated < 0.15, "{estimated:e}");
+}
+
 #[test]
 fn steps_that_cannot_roll_are_refused() {
     let steady = sphere(PAIR, rolling(RollingHistory::Steady));
