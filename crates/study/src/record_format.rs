@@ -200,7 +200,9 @@ fn misfit_of(fields: &Fields) -> Option<String> {
 mod tests {
     use proptest::prelude::*;
 
-    use contact::model::Worn;
+    use contact::model::{
+        Interior, LargestStress, PlanePeaks, PointStress, Stress, StressPeak, Worn,
+    };
     use contact::multiplicity::{Multiplicity, Solution};
 
     use super::*;
@@ -222,8 +224,22 @@ mod tests {
     fn worn() -> Record {
         let mut record = solved();
         let wear = vec![Worn { depth: 91.0, volume: 92.0 }];
-        record.ending.take_further(Further { wear, ..Further::default() });
+        let leading_edges = vec![Some(93.0), None];
+        record.ending.take_further(Further { wear, leading_edges, interior: Some(interior()) });
         record
+    }
+
+    fn interior() -> Interior {
+        let peak = StressPeak { stress: 94.0, place: [95.0, 96.0, 97.0] };
+        let largest = LargestStress { surface: peak, below: Some(peak) };
+        Interior {
+            von_mises: Some(largest),
+            tresca: Some(LargestStress { below: None, ..largest }),
+            searched: Some([98.0, 99.0]),
+            planes: vec![PlanePeaks { depth: 100.0, von_mises: peak, tresca: peak }],
+            points: vec![PointStress { place: [101.0; 3], stress: Stress::default() }],
+            residual: 102.0,
+        }
     }
 
     fn worn_fields() -> Fields {

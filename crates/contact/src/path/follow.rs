@@ -15,8 +15,8 @@ use crate::model::{
     Outcome, PerDof, RailContact, RollingDirection, Scene, SceneError, Status, StepOutcome,
     WorkDone, Worn,
 };
-use crate::problem::{Effects, Operator, Operators, Problem, Stage};
-use crate::punch::{Gap, PlacedWheel, Surfaces, with_creepages};
+use crate::problem::{Effects, Operator, Operators, Problem, Stage, on_grid};
+use crate::punch::{Gap, PlacedWheel, Surfaces};
 use crate::solver::{self, Conditions, Start, StopRule};
 use crate::theory::hertz_ellipse;
 
@@ -71,7 +71,7 @@ fn follow(
 ) -> Result<(Outcome, Fields), SceneError> {
     scene.validate()?;
     numerics.validate()?;
-    let scene = &*with_creepages(scene, surfaces)?;
+    let scene = &*on_grid(scene, numerics, surfaces)?;
     let gap = Gap::new(scene, surfaces)?;
     let problem = Problem::under(scene, numerics, &gap)?;
     problem.check_distances(scene)?;
@@ -128,7 +128,8 @@ fn follow(
     let interior = wanted.and_then(|question| {
         interior::examine(&scene.foundation, question, &path.fields, &cancellation)
     });
-    let further = Further { wear: path.wear(), interior };
+    let (wear, leading_edges) = (path.wear(), path.leading_edges);
+    let further = Further { wear, interior, leading_edges };
     let outcome = Outcome { status, levels, steps: path.steps, hertz, rail, estimate, further };
     Ok((outcome, path.fields))
 }
@@ -233,6 +234,8 @@ struct Path {
     steps: Vec<StepOutcome>,
     /// The fields of the last increment.
     fields: Fields,
+    /// The leading edges of the increments so far, of a scene that rolls.
+    leading_edges: Vec<Option<f64>>,
     /// The wear so far, of a scene that wears.
     wearing: Option<Wearing>,
 }
@@ -258,6 +261,7 @@ impl Path {
             leg_departure,
             steps: Vec::new(),
             fields: Fields::default(),
+            leading_edges: Vec::new(),
             wearing: setup.scene.wear.map(Wearing::new),
         }
     }
@@ -305,6 +309,10 @@ impl Path {
         self.departure =
             Departure { motion: outcome.motion, resultants: outcome.observables.resultants() };
         self.steps.push(outcome);
+        if setup.increments.iter().any(|increment| increment.leg.rolling.is_some()) {
+            let edge = roll.and_then(|roll| fields.leading_edge(roll.direction));
+            self.leading_edges.push(edge);
+        }
         if let Some(wearing) = &mut self.wearing {
             let motion = roll.map_or(MaterialMotion::Still, Roll::material);
             let diagonal = self.operator.diagonals();

@@ -110,6 +110,7 @@ mod tests {
             spin_center: 0.0,
             direction: RollingDirection::Forward,
             dq: None,
+            distance: None,
             history: RollingHistory::Steady,
             imposed: ImposedCreepages::default(),
         };

@@ -36,6 +36,7 @@ fn rolling(history: RollingHistory) -> Rolling {
         spin_center: 0.0,
         direction: RollingDirection::Forward,
         dq: None,
+        distance: None,
         history,
         imposed: ImposedCreepages::default(),
     }
@@ -88,6 +89,7 @@ pub(crate) fn step(case: &Value, step: &Value) -> Step {
         spin_center: number(step, "x0"),
         direction,
         dq: Some(number(step, "dq")),
+        distance: None,
         history,
         imposed: ImposedCreepages::default(),
     };

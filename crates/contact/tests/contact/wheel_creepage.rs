@@ -57,6 +57,7 @@ impl Row {
             spin_center: -0.2e-3 / 6.0,
             direction: RollingDirection::Forward,
             dq: Some(0.2e-3),
+            distance: None,
             history: RollingHistory::Steady,
             imposed: ImposedCreepages::default(),
         };
