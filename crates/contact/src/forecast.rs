@@ -197,7 +197,7 @@ fn forecast_interior(
 /// The seconds per element of a plane, per loaded element of a point, and for a depth.
 const PLANE_IN_HALF_SPACE: [f64; 3] = [2e-6, 5e-7, 0.0];
 
-/// The same in layers.
+/// The seconds per element of a plane, per loaded element of a point, and for a depth, in layers.
 const PLANE_IN_LAYERS: [f64; 3] = [8e-6, 6e-6, 0.05];
 
 /// Forecasts a search for every solution of a scene.

@@ -35,4 +35,5 @@ pub use coefficient::Coefficient;
 pub use half_space::HalfSpace;
 pub use layered::Layered;
 pub(crate) use layered_stress::DepthSide;
-pub(crate) use subsurface::{StressBlock, StressKernels, interfaces};
+pub(crate) use rectangle::StressBlock;
+pub(crate) use subsurface::{StressKernels, interfaces};

@@ -1,8 +1,8 @@
 //! The stresses below the surface of the foundation, from the tractions on it.
 //!
 //! The folder uses the [`foundation`](crate::foundation) for the stresses under one element, the
-//! data of [`model`](crate::model) and the tools of `common` and of `influence`; it knows no solver:
-//! tractions go in, stresses come out. In reading order:
+//! data of [`model`](crate::model) and the tools of `common` and of `influence`; it knows no
+//! solver: tractions go in, stresses come out. In reading order:
 //! - `invariants`: principal stresses and what is made of them;
 //! - `loaded`: the elements that carry tractions, and direct sums over them ([`Subsurface`]);
 //! - `plane`: the stresses on a whole plane by Fourier transforms;

@@ -1,7 +1,7 @@
 //! Fields: quantities on a grid, as maps, as characters and as files for other programs.
 //!
-//! The files read downwards: `quantity`, `color`, `key`, `cut`, then one file for each form of output,
-//! `codes` for pages.
+//! The files read downwards: `cut`, `quantity`, `color`, `key`, then one file for each form of
+//! output, `codes` for pages.
 //! They know axes, units and SVG, and neither tables nor charts.
 
 mod codes;

@@ -137,7 +137,7 @@ impl Cut {
 struct Downwards {
     /// The traction (l, n) on the lower face per unit traction on the upper one.
     sagittal: [[f64; 2]; 2],
-    /// The same of the traction t.
+    /// The traction t on the lower face per unit traction on the upper one.
     across: f64,
     /// The upper face.
     face: Face,

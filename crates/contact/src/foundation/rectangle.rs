@@ -5,14 +5,17 @@
 //!   V = ∫ 1/ϱ, Λ = ∫ ln(ϱ + z), Θ = ∫ (z ln(ϱ + z) − ϱ), with Θ_z = Λ and Λ_z = V.
 //! A derivative once along x and once along y is the sum of an elementary function over the four
 //! corners; for normal tractions these are the formulas of A. E. H. Love, Phil. Trans. R. Soc. A
-//! 228 (1929) 377–420, doi:10.1098/rsta.1929.0009. The explicit factors z of the solutions stay beside
-//! the derivatives, so that nothing is lost at depths far below the element's size.
+//! 228 (1929) 377–420, doi:10.1098/rsta.1929.0009. The explicit factors z of the solutions stay
+//! beside the derivatives, so that nothing is lost at depths far below the element's size.
 //!
 //! The sum over corners loses the square of the distance in digits. Farther away than some element
 //! sizes, a Gauss rule integrates the same derivatives of a point load instead.
 
-use super::subsurface::StressBlock;
 use crate::common::gauss;
+
+/// The stresses (rows xx, yy, zz, xy, yz, xz; tension is positive) under unit tractions (columns
+/// pressure, and traction along x and y of the punch on the foundation).
+pub(crate) type StressBlock = [[f64; 3]; 6];
 
 /// The distance in half-widths within which the corners are summed; it costs two digits there.
 const NEAR: f64 = 12.0;

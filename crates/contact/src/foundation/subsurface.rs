@@ -12,13 +12,9 @@ use super::hankel::{LogGrid, Transform};
 use super::layered::Layered;
 use super::layered_stress::{Cut, DepthSide, FUNCTIONS, HARMONICS, Ten};
 use super::radial::{DEGREE, PANEL, chebyshev, clenshaw, longest_feature};
-use super::rectangle;
+use super::rectangle::{self, StressBlock};
 use crate::common::gauss;
 use crate::model::{Foundation, Material};
-
-/// The stresses (rows xx, yy, zz, xy, yz, xz; tension is positive) under unit tractions (columns
-/// pressure, and traction along x and y of the punch on the foundation).
-pub(crate) type StressBlock = [[f64; 3]; 6];
 
 /// The stresses at one depth.
 #[derive(Clone, Debug)]

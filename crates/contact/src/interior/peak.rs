@@ -7,10 +7,10 @@ pub(super) struct Climbed {
     pub(super) place: [f64; 3],
 }
 
-/// Climbs from `start` to a maximum of `f`, which takes several places at a time, in the box between
-/// the corners `low` and `high`. It fits a quadratic function through ten places `steps` apart and
-/// goes to where that is largest, but no farther than the steps; then with smaller steps. A direction
-/// in which the box has no extent is left alone.
+/// Climbs from `start` to a maximum of `f`, which takes several places at a time, in the box
+/// between the corners `low` and `high`. It fits a quadratic function through ten places `steps`
+/// apart and goes to where that is largest, but no farther than the steps; then with smaller
+/// steps. A direction in which the box has no extent is left alone.
 ///
 /// The steps end at 1e-3 of their beginning, so the value is good to 1e-6 of what it changes by in
 /// one step of the beginning, or better, and the place to 1e-3 of the steps.

@@ -25,10 +25,11 @@ const MEASURES: [fn(&Stress) -> f64; 2] = [Stress::von_mises, Stress::tresca];
 #[derive(Clone, Debug)]
 struct DepthSpan {
     depths: Vec<f64>,
-    /// Whether the first depth is the upper end of the material, so that its stresses are those
+    /// The flag is true if the first depth is the upper end of the material: its stresses are those
     /// below it.
     from_interface: bool,
-    /// Whether a largest stress at the first depth is one that only grows towards the surface.
+    /// The flag is true if a stress may be largest at the first depth only because it grows towards
+    /// the surface.
     open_above: bool,
 }
 

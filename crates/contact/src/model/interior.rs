@@ -3,13 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, refuse};
-use super::scene::Foundation;
 
 /// The stresses below the surface that a scene asks for at the end of its path.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InteriorQuestion {
-    /// Whether the largest von Mises and Tresca stresses are sought.
+    /// The flag is true if the largest von Mises and Tresca stresses are sought.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub maximum: bool,
     /// The depths of planes \[m\]. They are the depths at which the largest stresses are sought;
@@ -28,8 +27,8 @@ impl InteriorQuestion {
     /// The largest number of points.
     pub const MOST_POINTS: usize = 1000;
 
-    /// Refuses what has no meaning in a foundation.
-    pub(crate) fn validate(&self, foundation: &Foundation) -> Result<(), SceneError> {
+    /// Refuses what has no meaning in a foundation that is elastic down to `bottom`, if it has one.
+    pub(crate) fn validate(&self, bottom: Option<f64>) -> Result<(), SceneError> {
         if !self.maximum && self.depths.is_empty() && self.points.is_empty() {
             return Err(refuse(
                 "interior",
@@ -42,7 +41,7 @@ impl InteriorQuestion {
             if depth < 0.0 {
                 return Err(refuse(key, depth, "must be 0 or above: z points into the foundation"));
             }
-            match foundation.depth() {
+            match bottom {
                 Some(bottom) if depth > bottom * (1.0 + 1e-14) => Err(refuse(
                     key,
                     depth,

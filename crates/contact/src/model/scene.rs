@@ -378,7 +378,7 @@ impl Scene {
             wear.validate(self.friction.mu, &self.loading)?;
         }
         if let Some(question) = &self.interior {
-            question.validate(&self.foundation)?;
+            question.validate(self.foundation.depth())?;
         }
         match &self.punch.shape {
             Shape::WheelOnRail(WheelRail { motion: Some(motion), .. }) => {

@@ -27,8 +27,8 @@ const STATES: &[u8] = b" .#o+x*%&=";
 const RESET: &str = "\u{1b}[0m";
 
 impl Field {
-    /// Draws the field as text at most `width` characters wide, y upwards (z downwards), followed by
-    /// lines that give the scale.
+    /// Draws the field as text at most `width` characters wide, y upwards (z downwards), followed
+    /// by lines that give the scale.
     ///
     /// A pixel averages the elements that it covers, or shows their most frequent state. Without
     /// colours, numbers are drawn with `.:-=+*#%@` from the lowest to the highest, and an element
