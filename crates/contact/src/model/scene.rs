@@ -11,6 +11,7 @@ use super::error::{SceneError, finite, is_zero, positive, refuse};
 use super::interior::InteriorQuestion;
 use super::loading::Loading;
 use super::rigid::Dof;
+use super::rolling;
 use super::wear::Wear;
 use super::wheelset::WheelsetMotion;
 
@@ -374,6 +375,7 @@ impl Scene {
             finite("domain.center_y", domain.center_y)?;
         }
         self.loading.validate()?;
+        rolling::validate_shape(&self.punch.shape, &self.loading)?;
         if let Some(wear) = &self.wear {
             wear.validate(self.friction.mu, &self.loading)?;
         }

@@ -244,6 +244,9 @@ fn rolling(scene: &Scene, effects: &Effects) -> Ruling {
         Shape::WheelOnRail(WheelRail { motion: Some(_), .. }) => {
             format!("{rolls}; the creepages are those of the wheelset's motion")
         }
+        Shape::HeightMap { .. } => {
+            format!("{rolls}; the height map is an envelope that moves along with the contact")
+        }
         _ => rolls,
     })
 }
