@@ -5,9 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, is_zero, positive, refuse};
-use super::loading::Loading;
 use super::rigid::Dof;
-use super::scene::Shape;
 
 /// The rolling of a step. In each increment the contact travels along x over both surfaces, and the
 /// punch moves sideways by the creepages times the distance travelled. The tractions of the
@@ -190,68 +188,5 @@ impl Rolling {
             ));
         }
         Ok(())
-    }
-}
-
-/// Refuses a punch that cannot roll where the path `loading` does. The gap stays as it is in the
-/// frame that moves along, and an edge or a tip of the punch is one of its material, which passes.
-pub(super) fn validate_shape(shape: &Shape, loading: &Loading) -> Result<(), SceneError> {
-    let (name, end) = match shape {
-        Shape::FlatRectangle { .. } => ("flat-rectangle", "edge"),
-        Shape::FlatDisk { .. } => ("flat-disk", "edge"),
-        Shape::Cone { .. } => ("cone", "tip"),
-        Shape::Sphere { .. }
-        | Shape::Ellipsoid { .. }
-        | Shape::HeightMap { .. }
-        | Shape::WheelOnRail(_) => return Ok(()),
-    };
-    let Some(index) = loading.steps.iter().position(|step| step.rolling.is_some()) else {
-        return Ok(());
-    };
-    let expected = format!(
-        "cannot roll, as loading.steps[{index}] says: its {end} would stay in the contact while \
-         its material passes through; let a sphere, an ellipsoid, a wheel on its rail or a height \
-         map roll, or shift this punch with `shift_x`"
-    );
-    Err(refuse("punch.shape", name, &expected))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::loading::Step;
-    use super::super::scene::tests::sphere_on_half_space;
-    use super::*;
-
-    /// What has an edge or a tip can be pressed and shifted, and cannot roll, now or later.
-    #[test]
-    fn punches_with_an_edge_or_a_tip_do_not_roll() {
-        let rolling = |history| Rolling {
-            creepage_x: Some(1e-3),
-            creepage_y: None,
-            spin: None,
-            spin_center: 0.0,
-            direction: RollingDirection::Forward,
-            dq: None,
-            history,
-            imposed: ImposedCreepages::default(),
-        };
-        for history in [RollingHistory::Steady, RollingHistory::Transient] {
-            for (shape, name) in [
-                (Shape::FlatRectangle { width_x: 1e-3, width_y: 1e-3 }, "flat-rectangle"),
-                (Shape::FlatDisk { radius: 1e-3 }, "flat-disk"),
-                (Shape::Cone { angle: 0.1 }, "cone"),
-            ] {
-                let mut scene = sphere_on_half_space();
-                let rolls = Step { rolling: Some(rolling(history)), ..Step::default() };
-                scene.loading.steps.push(rolls);
-                assert_eq!(scene.validate(), Ok(()));
-                scene.punch.shape = shape;
-                let error = scene.validate().unwrap_err();
-                assert_eq!((&*error.key, &*error.value), ("punch.shape", name));
-                assert!(error.expected.contains("cannot roll, as loading.steps[1]"), "{error}");
-                scene.loading.steps[1].rolling = None;
-                assert_eq!(scene.validate(), Ok(()));
-            }
-        }
     }
 }
