@@ -511,8 +511,21 @@ impl FormulaReader<'_> {
         let Some((value, dimension)) = unit_value("1", symbol) else {
             return Err(self.unexpected());
         };
-        let dimension = UnitPowers::of(dimension);
-        self.power_of(Measured { node: FormulaNode::Number(value), dimension })
+        let unit =
+            Measured { node: FormulaNode::Number(value), dimension: UnitPowers::of(dimension) };
+        // A unit behind the exponent is a factor: `mm^2 N` is no power of 2 N.
+        let behind = self.rest().strip_prefix('^').map(str::trim_start);
+        let Some(exponent) = behind.and_then(leading_number).map(str::to_owned) else {
+            return self.power_of(unit);
+        };
+        self.takes('^');
+        self.rest();
+        self.position += exponent.len();
+        let count = exponent.parse().unwrap_or(f64::NAN);
+        self.is_inexact |= !is_small_whole(count);
+        let operands = (Box::new(unit.node), Box::new(FormulaNode::Number(count)));
+        let node = FormulaNode::Operation(FormulaOperator::Power, operands.0, operands.1);
+        Ok(Measured { node, dimension: UnitPowers::PURE.times(unit.dimension, count) })
     }
 
     /// Returns the product with the units that come next, such as the `m` of `N m`.

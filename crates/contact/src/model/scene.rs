@@ -374,7 +374,7 @@ impl Scene {
             finite("domain.center_y", domain.center_y)?;
         }
         self.loading.validate()?;
-        validate_rolling(&self.punch.shape, &self.loading)?;
+        self.punch.shape.validate_rolling(&self.loading)?;
         if let Some(wear) = &self.wear {
             wear.validate(self.friction.mu, &self.loading)?;
         }
@@ -400,6 +400,32 @@ impl Scene {
                 || step.creeps(dof)
                 || of_wheelset && step.rolling.is_some()
         })
+    }
+}
+
+impl Shape {
+    /// Refuses a punch that cannot roll where the path `loading` does. The gap stays as it is in
+    /// the frame that moves along, and an edge or a tip of the punch is one of its material, which
+    /// passes.
+    fn validate_rolling(&self, loading: &Loading) -> Result<(), SceneError> {
+        let (name, end) = match self {
+            Self::FlatRectangle { .. } => ("flat-rectangle", "edge"),
+            Self::FlatDisk { .. } => ("flat-disk", "edge"),
+            Self::Cone { .. } => ("cone", "tip"),
+            Self::Sphere { .. }
+            | Self::Ellipsoid { .. }
+            | Self::HeightMap { .. }
+            | Self::WheelOnRail(_) => return Ok(()),
+        };
+        let Some(index) = loading.steps.iter().position(|step| step.rolling.is_some()) else {
+            return Ok(());
+        };
+        let expected = format!(
+            "cannot roll, as loading.steps[{index}] says: its {end} would stay in the contact \
+             while its material passes through; let a sphere, an ellipsoid, a wheel on its rail \
+             or a height map roll, or shift this punch with `shift_x`"
+        );
+        Err(refuse("punch.shape", name, &expected))
     }
 }
 
@@ -431,29 +457,6 @@ impl Side {
             Self::Right => 1.0,
         }
     }
-}
-
-/// Refuses a punch that cannot roll where the path `loading` does. The gap stays as it is in the
-/// frame that moves along, and an edge or a tip of the punch is one of its material, which passes.
-fn validate_rolling(shape: &Shape, loading: &Loading) -> Result<(), SceneError> {
-    let (name, end) = match shape {
-        Shape::FlatRectangle { .. } => ("flat-rectangle", "edge"),
-        Shape::FlatDisk { .. } => ("flat-disk", "edge"),
-        Shape::Cone { .. } => ("cone", "tip"),
-        Shape::Sphere { .. }
-        | Shape::Ellipsoid { .. }
-        | Shape::HeightMap { .. }
-        | Shape::WheelOnRail(_) => return Ok(()),
-    };
-    let Some(index) = loading.steps.iter().position(|step| step.rolling.is_some()) else {
-        return Ok(());
-    };
-    let expected = format!(
-        "cannot roll, as loading.steps[{index}] says: its {end} would stay in the contact while \
-         its material passes through; let a sphere, an ellipsoid, a wheel on its rail or a height \
-         map roll, or shift this punch with `shift_x`"
-    );
-    Err(refuse("punch.shape", name, &expected))
 }
 
 #[cfg(test)]

@@ -68,8 +68,8 @@ impl WheelsetMotion {
                 }
             }
         }
-        // The velocities that say nothing but what a force governs, and the spin, which a wheel has
-        // from its wheelset alone.
+        // These velocities say nothing but what a force governs, and a wheel has its spin from its
+        // wheelset alone.
         let moves = |velocity: f64| (velocity != 0.0).then_some(velocity);
         let (along, across) = ("the creepage along the rail", "the creepage across the rail");
         let legs = loading.legs();

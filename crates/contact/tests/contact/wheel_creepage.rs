@@ -344,12 +344,12 @@ fn a_locked_wheel_has_the_forces_of_one_that_is_dragged() {
         let Shape::WheelOnRail(wheel) = &mut dragged.punch.shape else { unreachable!() };
         wheel.motion = None;
         let step = dragged.loading.steps[0];
-        let way = 0.1;
+        let distance = 0.1;
         dragged.loading.steps[0] = Step {
             rolling: None,
-            shift_x: Some(-way * creepage_x),
-            shift_y: Some(-way * creepage_y),
-            twist: Some(-way * spin),
+            shift_x: Some(-distance * creepage_x),
+            shift_y: Some(-distance * creepage_y),
+            twist: Some(-distance * spin),
             ..step
         };
         let [there, here] = [&locked, &dragged].map(solved);
