@@ -464,8 +464,8 @@ impl<'r> Results<'r> {
             [path_columns(&self.points), of_figures]
         } else {
             let usual = self.study.kind().usual_columns().iter().copied();
-            let asked = self.points.iter().flat_map(|point| point.job.asked_columns());
-            [of_figures, usual.chain(asked).map(str::to_owned).collect()]
+            let further = self.points.iter().flat_map(|point| point.job.asked_columns());
+            [of_figures, usual.chain(further).map(str::to_owned).collect()]
         };
         for name in names_after.into_iter().flatten() {
             if !names.contains(&name) {

@@ -31,12 +31,12 @@ const ASKED: [&str; 3] = [WEAR_DEPTH, VON_MISES_MAX, PLANE_VON_MISES];
 pub(super) fn asked_of(job: &Job) -> Vec<&'static str> {
     let Some(scene) = job.case().map(|case| &case.scene) else { return Vec::new() };
     let interior = scene.interior.as_ref();
-    let asked = [
+    let columns = [
         (WEAR_DEPTH, scene.wear.is_some()),
         (VON_MISES_MAX, interior.is_some_and(|question| question.maximum)),
         (PLANE_VON_MISES, interior.is_some_and(|question| !question.depths.is_empty())),
     ];
-    asked.into_iter().filter_map(|(name, is_asked)| is_asked.then_some(name)).collect()
+    columns.into_iter().filter_map(|(name, is_asked)| is_asked.then_some(name)).collect()
 }
 
 /// The columns that scenes prescribe at the ends of their paths, and the degrees of freedom that
@@ -48,7 +48,7 @@ pub(super) struct ScenesFreedom {
     /// True if all paths end in rolling, where creepages stand for shifts.
     rolls: bool,
     /// The columns of what all scenes ask for.
-    asked: Vec<&'static str>,
+    further: Vec<&'static str>,
 }
 
 impl ScenesFreedom {
@@ -58,7 +58,7 @@ impl ScenesFreedom {
         let is_asked = |name: &&str| jobs.iter().all(|job| asked_of(job).contains(name));
         let mut freedom = Self {
             rolls: paths().count() > 0 && paths().all(|end| end.rolling.is_some()),
-            asked: ASKED.into_iter().filter(is_asked).collect(),
+            further: ASKED.into_iter().filter(is_asked).collect(),
             ..Self::default()
         };
         for scene in jobs.iter().filter_map(|job| Some(&job.case()?.scene)) {
@@ -104,7 +104,7 @@ impl ScenesFreedom {
             .chain(named(common))
             .chain(others.iter().flat_map(both))
             .chain(named(special))
-            .chain(named(&self.asked));
+            .chain(named(&self.further));
         let mut wanted: Vec<String> = Vec::new();
         for name in listed.filter(|name| !self.prescribed.contains(name) && name != x) {
             if !wanted.contains(&name) {

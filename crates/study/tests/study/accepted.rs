@@ -618,7 +618,7 @@ prop_compose! {
 }
 
 prop_compose! {
-    /// A rolling, and the increments of its step.
+    /// Makes a rolling, and the increments of its step.
     fn rolling()(
         creepages in prop::array::uniform3(prop::option::of(prop_oneof![Just(0.0), -1e-2..1e-2f64])),
         center in prop_oneof![Just(0.0), -1e-2..1e-2f64],
@@ -670,7 +670,7 @@ fn roll(step: &mut Step, (rolling, increments): (Rolling, u32), is_imposed: bool
 }
 
 prop_compose! {
-    /// A job whose parts have what rolls, moves and wears beside the others.
+    /// Makes a job that also has what rolls, moves and wears.
     fn solved_job()(
         job in plain_job(),
         rolling in prop::collection::vec(prop::option::of(rolling()), 12),
@@ -712,7 +712,7 @@ fn job() -> impl Strategy<Value = Job> {
 }
 
 prop_compose! {
-    /// A job without rolling.
+    /// Makes a job without rolling.
     fn plain_job()(
         foundation in foundation(),
         shape in shape(),
