@@ -122,7 +122,7 @@ fn field(fields: &Fields, name: &str) -> Result<Field> {
             bail!("this scene has no field `{WEAR_DEPTH}`: it has no `wear`")
         }
         WEAR_DEPTH => ("m", on_sole(&fields.further.wear_depth)),
-        "friction_work" => ("J/m²", on_sole(&friction_work(fields))),
+        "friction_work" => ("J/m²", on_sole(&fields.friction_work())),
         "state" => {
             let names = ["outside", "open", "stick", "slip"].map(str::to_owned).to_vec();
             ("", Values::Category { states: fields.state.clone(), names })
@@ -130,15 +130,6 @@ fn field(fields: &Fields, name: &str) -> Result<Field> {
         other => bail!("there is no field `{other}`"),
     };
     Ok(Field::new(name, unit, grid, values)?)
-}
-
-/// Returns the energy that friction takes from each element in the last increment, over its area
-/// \[J/m²\].
-fn friction_work(fields: &Fields) -> Vec<f64> {
-    let along_x = fields.traction_x.iter().zip(&fields.slip_x);
-    let along_y = fields.traction_y.iter().zip(&fields.slip_y);
-    // A zero is to be a positive one.
-    along_x.zip(along_y).map(|((p, s), (q, r))| 0.0 - (p * s + q * r)).collect()
 }
 
 /// Returns the fields of a result that a page shows, of which the last one holds the states.

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// Returns fields as a dictionary of arrays: `x` and `y` are the centres of the elements \[m\], the
-/// others have the shape (y, x). Only a scene that wears has `wear_depth`.
+/// others have the shape (y, x). `friction_work` is computed of them. Only a scene that wears has `wear_depth`.
 pub(crate) fn arrays<'py>(py: Python<'py>, fields: Fields) -> PyResult<Bound<'py, PyDict>> {
     let [nx, ny] = fields.shape.map(|n| n as usize);
     stacked(py, vec![fields], &[ny, nx])
@@ -34,6 +34,8 @@ fn stacked<'py>(
         let centres: Vec<f64> = (0..elements[axis]).map(centre).collect();
         named.set_item(name, centres.into_pyarray(py))?;
     }
+    let work: Vec<f64> = path.iter().flat_map(Fields::friction_work).collect();
+    named.set_item("friction_work", work.into_pyarray(py).reshape(shape)?)?;
     let numbers: [FieldOf<f64>; 6] = [
         ("pressure", |fields| &mut fields.pressure),
         ("traction_x", |fields| &mut fields.traction_x),

@@ -7,7 +7,7 @@ import pytest
 
 import tribosweep
 
-NAMES = ("pressure", "traction_x", "traction_y", "gap", "slip_x", "slip_y", "state")
+NAMES = ("pressure", "traction_x", "traction_y", "gap", "slip_x", "slip_y", "friction_work", "state")
 
 
 @pytest.fixture

@@ -60,6 +60,40 @@ def test_a_result_has_figures_and_fields_with_units(scene):
         result.presure
 
 
+def test_wear_is_a_figure_and_a_field(scene):
+    steps = [{"approach": "20 um"}, {"shift_x": "60 um", "increments": 2}]
+    tables = {**scene, "loading": {"steps": steps}}
+    numerics = {"mesh": [16, 12]}
+    plain = tribosweep.solve(numerics=numerics, **tables)
+    assert plain.wear_depth is None and "wear_depth" not in plain.arrays()
+    assert not hasattr(plain, "no_such_name") and hasattr(plain, "wear_depth")
+    worn = tribosweep.solve(numerics=numerics, **tables, wear={"coefficient": "1e-8 1/MPa"})
+    depth = worn.arrays()["wear_depth"]
+    assert depth.shape == (12, 16) and worn.wear_depth == depth.max() > 0
+    assert worn.units["wear_depth"] == "m"
+    assert worn.arrays(steps=True)["wear_depth"].shape == (2 + 1, 12, 16)
+    # The depth is k/μ times the work, and the work adds up to the energy lost.
+    area = (worn.x[1] - worn.x[0]) * (worn.y[1] - worn.y[0])
+    work = worn.arrays(steps=True)["friction_work"].sum(axis=(1, 2)) * area
+    assert worn.wear_volume == pytest.approx(1e-14 / 0.3 * work.sum(), rel=1e-6)
+    assert np.array_equal(worn.friction_work, worn.arrays(steps=True)["friction_work"][-1])
+    pytest.importorskip("xarray")
+    fields = worn.fields()
+    assert float(fields.wear_depth.max()) == worn.wear_depth
+    assert fields.friction_work.attrs["units"] == "J/m²"
+    assert "wear_depth" not in plain.fields()
+
+
+def test_tables_by_name_stand_where_they_belong(scene):
+    asked = {"points": [[0, 0, "0.5 mm"]], "maximum": True}
+    result = tribosweep.solve(**scene, numerics={"mesh": 12}, interior=asked)
+    assert result.certified and result.job["interior"]["points"] == [[0, 0, 5e-4]]
+    assert "interior" not in result.job["scene"]
+    study = {"scene": scene, "numerics": {"mesh": 12}, "interior": asked}
+    assert tribosweep.solve(study).key == result.key
+    assert tribosweep.solve({"scene": scene}, {"mesh": 12}, interior=asked).key == result.key
+
+
 def test_fields_have_coordinates(scene):
     pytest.importorskip("xarray")
     result = tribosweep.solve(scene, {"mesh": [24, 16]})

@@ -6,7 +6,8 @@ from typing import Any, Mapping
 
 UNITS = {
     "x": "m", "y": "m", "pressure": "Pa", "traction_x": "Pa", "traction_y": "Pa",
-    "gap": "m", "slip_x": "m", "slip_y": "m", "wear_depth": "m", "state": "",
+    "gap": "m", "slip_x": "m", "slip_y": "m", "friction_work": "J/m²",
+    "wear_depth": "m", "state": "",
 }  # fmt: skip
 MEANINGS = {
     "x": "centres of the elements along x",
@@ -17,6 +18,7 @@ MEANINGS = {
     "gap": "gap between the punch and the foundation",
     "slip_x": "slip along x of the foundation relative to the punch since the increment before",
     "slip_y": "slip along y of the foundation relative to the punch since the increment before",
+    "friction_work": "energy lost to friction over the area since the increment before",
     "wear_depth": "depth that both surfaces have lost together along the path",
     "state": "0 outside the sole, 1 open, 2 stick, 3 slip",
 }

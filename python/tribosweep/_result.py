@@ -11,13 +11,16 @@ import numpy as np
 
 from . import _native
 from ._fclib import check_increment, require_h5py, write_fclib
-from ._fields import GRIDS, UNITS, dataset
+from ._fields import UNITS, dataset
 from ._html import shown, table
 from ._text import study_text
 
 Scene = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 #: The text of a study or None, the path that messages name, and the files in it.
 Source = tuple[Optional[str], str, dict[str, bytes]]
+
+#: The tables of a study that stand beside its scene and ask for more results of it.
+BESIDE_SCENE = ("interior",)
 
 
 class Figures(Mapping):
@@ -64,8 +67,9 @@ class Result:
     `meanings` say what each is. The settings are no figures: `job` has them. `observables`, `certificate` (0 is exact) and `estimates` (of the
     discretisation error, relative) have them by kind. The fields are arrays of shape (y, x):
     `pressure`, `traction_x`, `traction_y` [Pa], `gap`, `slip_x`, `slip_y` [m] and `state`
-    (0 outside, 1 open, 2 stick, 3 slip), over the centres of the elements `x` and `y` [m]; of a
-    scene that wears there is `wear_depth` [m] too. Of a result that is not `certified` the figures
+    (0 outside, 1 open, 2 stick, 3 slip) and `friction_work` [J/m²], over the centres of the
+    elements `x` and `y` [m]. A scene that wears has the field `wear_depth` [m] too, in `arrays()`
+    and `fields()`; the attribute `wear_depth` is the figure, the largest depth. Of a result that is not `certified` the figures
     of the solution are None, the arrays are those of the last iterate, and `warnings` say why.
 
     >>> import tribosweep
@@ -191,10 +195,11 @@ class Result:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__") or "_all" not in self.__dict__:
             raise AttributeError(name)
-        if name in GRIDS or name in ("x", "y"):
-            return self.arrays()[name]
+        # A figure comes before the field of its name: `wear_depth` is both.
         if name in self._all.units:
             return self._all[name]
+        if name in UNITS and name in self.arrays():
+            return self.arrays()[name]
         raise AttributeError(f"there is no figure and no field `{name}`")
 
     def __dir__(self) -> list[str]:
@@ -222,7 +227,8 @@ def solve(
 
     `scene` and `numerics` are the tables of a study file as dictionaries; numbers are SI, or texts
     with a unit such as "0.5 mm". The tables of the scene may be given by name instead: `punch`,
-    `foundation`, `friction`, `loading`, `domain`. A whole study (a dictionary with "scene", or the
+    `foundation`, `friction`, `wear`, `loading`, `domain`; so may `interior`, the stresses that are
+    wanted below the surface, which is a table beside the scene. A whole study (a dictionary with "scene", or the
     path of a file) must have one point. A height map may be an array of shape (y, x) in place of
     the name of its file: `punch={"shape": "height-map", "file": heights, "unit": "um", ...}`.
 
@@ -260,7 +266,9 @@ def source(
     if scene is not None and "scene" in scene:
         study = {**scene, **tables}
     else:
-        study = {"scene": {**(scene or {}), **tables}}
+        beside = {name: tables[name] for name in BESIDE_SCENE if name in tables}
+        of_scene = {name: table for name, table in tables.items() if name not in beside}
+        study = {"scene": {**(scene or {}), **of_scene}, **beside}
     study.setdefault("name", "solve")
     if numerics is not None:
         study["numerics"] = {**study.get("numerics", {}), **numerics}

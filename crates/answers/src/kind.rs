@@ -106,7 +106,8 @@ pub fn too_large(ending: Ending, size: RecordSize) -> Ending {
         Ending::Bracketed(found) => {
             Ending::Bracketed(Box::new(uniqueness::too_large(&found, size)))
         }
-        // A path has at most 1000 increments, which fit, and its fields are elsewhere.
+        // The longest path fits with all that a scene asks for, as a test of records shows, and its
+        // fields are elsewhere.
         Ending::Finished(_) | Ending::Quarantined { .. } => ending,
     }
 }

@@ -201,11 +201,15 @@ mod tests {
     use proptest::prelude::*;
 
     use contact::model::{
-        Interior, LargestStress, PlanePeaks, PointStress, Stress, StressPeak, Worn,
+        Foundation, ImposedCreepages, Interior, InteriorQuestion, LargestStress, Layer, Loading,
+        PlanePeaks, PointStress, Rolling, RollingDirection, RollingHistory, Scene, Step, Stress,
+        StressPeak, Wear, Worn,
     };
     use contact::multiplicity::{Multiplicity, Solution};
+    use identity::STORED_LIMIT;
 
     use super::*;
+    use crate::job::Job;
     use crate::record::tests::{failed, fields, quarantined, searched, solved};
 
     #[test]
@@ -291,6 +295,94 @@ mod tests {
     }
 
     const RECORD_OF_FORMAT_4: &str = include_str!("record_format/format_4.hex");
+
+    /// The longest path with everything that a scene can ask for fits into a store, with room for
+    /// the names of its surfaces.
+    #[test]
+    fn the_largest_record_of_a_path_is_kept() {
+        const LONG: f64 = -1.234_567_890_123_456_7e-300;
+        let rolling = Rolling {
+            creepage_x: Some(LONG),
+            creepage_y: Some(LONG),
+            spin: Some(LONG),
+            spin_center: LONG,
+            direction: RollingDirection::Backward,
+            dq: Some(LONG),
+            distance: None,
+            history: RollingHistory::Transient,
+            imposed: ImposedCreepages::default(),
+        };
+        let step = Step {
+            normal_force: Some(LONG),
+            moment_x: Some(LONG),
+            moment_y: Some(LONG),
+            rolling: Some(rolling),
+            ..Step::default()
+        };
+        let Job::Solve(mut case) = crate::job::tests::job() else { panic!("a solve") };
+        let layer = Layer { shear_modulus: LONG, poisson: LONG, thickness: LONG };
+        let question = InteriorQuestion {
+            maximum: true,
+            depths: vec![LONG; InteriorQuestion::MOST_DEPTHS],
+            points: vec![[LONG; 3]; InteriorQuestion::MOST_POINTS],
+        };
+        case.scene = Scene {
+            foundation: Foundation {
+                layers: vec![layer; Foundation::MAX_LAYERS],
+                ..case.scene.foundation
+            },
+            wear: Some(Wear { coefficient: LONG, update: true, repeat: 1_000_000 }),
+            loading: Loading {
+                steps: vec![step; Loading::MAX_INCREMENTS as usize],
+                cycle_from: Some(0),
+                cycles: 1,
+            },
+            interior: Some(question),
+            ..case.scene
+        };
+        let mut record = solved();
+        record.job = Job::Solve(case).canonical();
+        record.fields = Some(KeptFields::Inside(vec![0; 16 << 10]));
+        let Ending::Finished(outcome) = &mut record.ending else { panic!("a path") };
+        let mut end = *outcome.last().unwrap();
+        let counts = [
+            &mut end.observables.contact_elements,
+            &mut end.observables.stick_elements,
+            &mut end.observables.slip_elements,
+            &mut end.observables.patches,
+            &mut end.observables.ceiling_elements,
+            &mut end.observables.edge_elements,
+            &mut end.observables.mesh_x,
+            &mut end.observables.mesh_y,
+            &mut end.work.iterations,
+            &mut end.work.operator_applications,
+        ];
+        counts.into_iter().for_each(|count| *count = u64::MAX);
+        (end.step, end.cycle) = (u32::MAX, u32::MAX);
+        let increments = Loading::MAX_INCREMENTS as usize;
+        outcome.steps = vec![end; increments];
+        let (below, peak) = (Some(StressPeak::default()), PlanePeaks::default());
+        let largest = Some(LargestStress { below, ..LargestStress::default() });
+        outcome.further = Further {
+            wear: vec![Worn::default(); increments],
+            leading_edges: vec![Some(LONG); increments],
+            interior: Some(Interior {
+                von_mises: largest,
+                tresca: largest,
+                searched: Some([0.0; 2]),
+                planes: vec![peak; InteriorQuestion::MOST_DEPTHS],
+                points: vec![PointStress::default(); InteriorQuestion::MOST_POINTS],
+                residual: 0.0,
+            }),
+        };
+        let bytes = record.encode().len();
+        assert!(
+            bytes + (16 << 10) <= STORED_LIMIT,
+            "{bytes} bytes, {} of the job",
+            record.job.len()
+        );
+        assert_eq!(Record::decode(&record.encode()), Ok(record));
+    }
 
     /// A change of these bytes is a change of the format: it needs a new version and a reader of
     /// the old one.

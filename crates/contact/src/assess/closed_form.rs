@@ -33,7 +33,7 @@ pub fn closed_form(scene: &Scene) -> Option<ClosedForm> {
     scene.validate().ok()?;
     let relative = relative_bodies(scene, 1.0);
     let rolls = scene.loading.steps.iter().any(|step| step.rolling.is_some());
-    let is_worn = scene.wear.is_some_and(|wear| wear.update);
+    let is_worn = scene.wear.is_some_and(|wear| wear.changes_shape());
     if relative.layers.is_some() || rolls || is_worn {
         return None;
     }

@@ -117,6 +117,13 @@ impl Circulant {
         }
     }
 
+    /// Returns the smallest eigenvalue of the circulant near the normal block, which has about the
+    /// smallest one of the block itself; 0 if the normal component is not among those here.
+    pub(crate) fn least_normal(&self) -> f64 {
+        let mut normal = self.eigenvalues.iter().filter(|of| of.directions == [Direction::N]);
+        normal.next().map_or(0.0, |of| self.torus.gain() * of.least())
+    }
+
     /// Returns the memory held, in bytes, the plans of the transforms left out.
     pub(crate) fn bytes(&self) -> usize {
         self.eigenvalues.iter().map(Symbols::bytes).sum()
@@ -125,11 +132,16 @@ impl Circulant {
 
 #[cfg(test)]
 mod tests {
+    use faer::Side;
+
     use super::*;
-    use crate::foundation::HalfSpace;
+    use crate::foundation::{Bodies, HalfSpace};
     use crate::grid::Grid;
+    use crate::influence::dense::Dense;
     use crate::influence::mirror::Symmetry;
-    use crate::model::{Material, Projection};
+    use crate::model::{Base, Layer, Material, Projection};
+
+    const SOFT: Material = Material { shear_modulus: 1.0, poisson: 0.3 };
 
     /// On a torus of circulant coefficients the inverse is exact: C (C⁻¹ x) = x, C applied entry by
     /// entry.
@@ -166,6 +178,35 @@ mod tests {
                 }
                 assert!((sum - field[block * k + e]).abs() < 1e-12, "{entry:?} {e}");
             }
+        }
+    }
+
+    /// The smallest eigenvalue of the circulant is not below that of the block, and close to it,
+    /// whatever the shape of the elements and the coating that they are on.
+    #[test]
+    fn its_least_eigenvalue_is_near_that_of_the_block() {
+        let coating = |shear_modulus: f64| {
+            let layer = Layer { shear_modulus, poisson: 0.3, thickness: 0.1 };
+            Bodies::new(&[layer], &Base::Elastic(SOFT), None)
+        };
+        let soft = Bodies::new(&[], &Base::Elastic(SOFT), None);
+        for (name, bodies, size, [hx, hy]) in [
+            ("squares", soft.clone(), [16, 16], [0.1, 0.1]),
+            ("few squares", soft.clone(), [6, 6], [0.1, 0.1]),
+            ("10 : 1", soft.clone(), [16, 16], [1.0, 0.1]),
+            ("100 : 1", soft, [16, 16], [10.0, 0.1]),
+            ("5 times as stiff", coating(5.0), [16, 16], [0.1, 0.1]),
+            ("10 times as stiff", coating(10.0), [16, 16], [0.1, 0.1]),
+            ("100 times as stiff", coating(100.0), [16, 16], [0.1, 0.1]),
+            ("10 times as soft", coating(0.1), [16, 16], [0.1, 0.1]),
+        ] {
+            let grid = Grid::new(size[0], size[1], hx, hy, [0.0; 2]).unwrap();
+            let table = InfluenceTable::of(&grid, bodies, Projection::Average, Components::NORMAL);
+            let circulant = Circulant::of(&table, Components::NORMAL, Mirror::NONE);
+            let block = Dense::of(&table, Components::NORMAL, Mirror::NONE);
+            let least = block.matrix().self_adjoint_eigenvalues(Side::Lower).unwrap()[0];
+            let ratio = circulant.least_normal() / least;
+            assert!((1.0 - 1e-9..1.2).contains(&ratio), "{name}: {ratio}");
         }
     }
 

@@ -94,6 +94,11 @@ impl Symbols {
         self.numbers.iter_mut().for_each(|value| *value = value.max(least));
     }
 
+    /// Returns the smallest symbol.
+    pub(crate) fn least(&self) -> f64 {
+        self.numbers.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
     /// Returns the number of directions.
     pub(crate) fn fields(&self) -> usize {
         self.directions.len()

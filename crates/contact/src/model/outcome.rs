@@ -376,6 +376,15 @@ impl Fields {
         Some(self.origin[0] + (foremost as f64 + side) * self.element[0])
     }
 
+    /// Returns the energy that friction takes from each element in the increment, over its area
+    /// \[J/m²\].
+    pub fn friction_work(&self) -> Vec<f64> {
+        let along_x = self.traction_x.iter().zip(&self.slip_x);
+        let along_y = self.traction_y.iter().zip(&self.slip_y);
+        // A zero is to be a positive one.
+        along_x.zip(along_y).map(|((p, s), (q, r))| 0.0 - (p * s + q * r)).collect()
+    }
+
     /// Returns the largest difference of two solutions' tractions over this one's largest pressure
     /// \[1\], or `None` if there is no pressure or they are not on the same number of elements.
     pub fn difference(&self, other: &Self) -> Option<f64> {

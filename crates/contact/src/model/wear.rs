@@ -21,6 +21,7 @@ pub struct Wear {
     #[serde(default, skip_serializing_if = "is_false")]
     pub update: bool,
     /// The number of cycles that each cycle of the path stands for: it wears so many times as much.
+    /// It is 1 where a cycle rolls.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub repeat: u32,
 }
@@ -28,6 +29,11 @@ pub struct Wear {
 impl Wear {
     /// The largest number of cycles that one stands for.
     const MAX_CYCLES: u32 = 1_000_000;
+
+    /// Returns whether the wear changes the shape that the path meets.
+    pub(crate) fn changes_shape(&self) -> bool {
+        self.update && self.coefficient > 0.0
+    }
 
     /// Returns how often an increment of a cycle (0 is outside of one) counts.
     pub(crate) fn repetitions(&self, cycle: u32) -> f64 {
@@ -70,6 +76,16 @@ impl Wear {
                 repeat,
                 "needs a cycle: `loading.cycle_from` is the index of the step with which it begins",
             ));
+        }
+        let in_cycle = |step: &usize| loading.cycle_from.is_some_and(|from| *step >= from as usize);
+        let steps = loading.steps.iter().enumerate();
+        let rolling = steps.filter(|(_, step)| step.rolling.is_some()).map(|(index, _)| index);
+        if let Some(step) = rolling.filter(in_cycle).next().filter(|_| repeat > 1) {
+            let expected = format!(
+                "must be 1 where loading.steps[{step}] of the cycle rolls: the material goes on in \
+                 each cycle, and meets none of those that one would stand for"
+            );
+            return Err(refuse("wear.repeat", repeat, &expected));
         }
         Ok(())
     }

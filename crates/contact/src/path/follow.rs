@@ -252,6 +252,7 @@ impl Path {
             .expect("without a mirror plane there is nothing to refuse");
         let operator = operators.of(&without_mirror);
         let (departure, leg_departure) = (Departure::default(), Departure::default());
+        let elements = [problem.grid.nx(), problem.grid.ny()];
         Self {
             problem,
             operator,
@@ -262,7 +263,7 @@ impl Path {
             steps: Vec::new(),
             fields: Fields::default(),
             leading_edges: Vec::new(),
-            wearing: setup.scene.wear.map(Wearing::new),
+            wearing: setup.scene.wear.map(|wear| Wearing::new(wear, elements)),
         }
     }
 
@@ -315,12 +316,12 @@ impl Path {
         }
         if let Some(wearing) = &mut self.wearing {
             let motion = roll.map_or(MaterialMotion::Still, Roll::material);
-            let diagonal = self.operator.diagonals();
-            let added = wearing.add(&mut self.problem, &fields, leg.cycle, motion, diagonal);
+            let least = self.operator.circulant.least_normal();
+            let added = wearing.add(&mut self.problem, &fields, leg.cycle, motion, least);
             if let (Err(reason), Status::Certified) = (added, &status) {
                 status = Status::Failed { reason };
             }
-            fields.further.wear_depth = wearing.depth.clone();
+            fields.further.wear_depth = wearing.depth();
         }
         self.fields = fields;
         self.reached = iterate.motion;
@@ -526,7 +527,7 @@ fn estimate(
 /// tilt and no moment, and not the shape that wear leaves.
 fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
     let load = step.observables.load;
-    let is_worn = scene.wear.is_some_and(|wear| wear.update);
+    let is_worn = scene.wear.is_some_and(|wear| wear.changes_shape());
     let is_theirs = scene.foundation.layers.is_empty() && load > 0.0 && !is_worn;
     let curvatures = gap.curvatures().filter(|_| is_theirs)?;
     let compliance = surface_compliance(scene);

@@ -239,7 +239,7 @@ fn a_way_on_from_the_steady_state_goes_on_wearing_as_it_does() {
     use RollingDirection::{Backward, Forward};
     use RollingHistory::{Steady, Transient};
     let element = 1.6 / 16.0;
-    for (direction, elements) in [(Forward, 1.0), (Forward, 0.5), (Backward, 0.5), (Backward, 2.0)]
+    for (direction, elements) in [(Forward, 1.0), (Forward, 0.5), (Backward, 0.25), (Backward, 2.0)]
     {
         let step = |history| creeping(direction, elements * element, history);
         let mut scene = rolling(step(Steady), 1);
@@ -252,11 +252,13 @@ fn a_way_on_from_the_steady_state_goes_on_wearing_as_it_does() {
             assert!((worn.volume / volume - 1.0).abs() < 1e-6, "{worn:?}");
         }
         let largest = outcome.further.wear[0].depth;
-        if elements <= 1.0 {
-            let pairs = fields.further.wear_depth.iter().zip(&steady.further.wear_depth);
-            for (depth, steady) in pairs {
-                assert!((depth - steady).abs() < 1e-6 * largest, "{depth} {steady}");
-            }
+        // Where parts of elements are rolled, depths are shared between neighbours.
+        let error = if elements == 1.0 { 1e-6 } else { 0.2 };
+        for (depth, steady) in fields.further.wear_depth.iter().zip(&steady.further.wear_depth) {
+            assert!(elements > 1.0 || (depth - steady).abs() < error * largest, "{depth} {steady}");
+        }
+        if elements < 1.0 {
+            continue;
         }
         let passed = |columns: std::ops::Range<usize>| {
             let rows = fields.further.wear_depth.chunks_exact(16);
@@ -266,6 +268,33 @@ fn a_way_on_from_the_steady_state_goes_on_wearing_as_it_does() {
         let of_two = 2.0 / elements * volume;
         assert!((passed(first..first + 2) / of_two - 1.0).abs() < 1e-6, "{elements} elements");
     }
+}
+
+/// Every pass of a steady step meets fresh material, so that cycles of them wear the volume of each
+/// and no deeper. The material of a transient one goes on as in a path without cycles.
+#[test]
+fn cycles_that_roll_wear_fresh_material() {
+    use RollingDirection::Forward;
+    let element = 1.6 / 16.0;
+    let of = |history, increments: u32, cycles: u32| {
+        let mut scene = rolling(creeping(Forward, 0.7 * element, history), increments);
+        scene.loading.steps.insert(0, pressed(0.3));
+        scene.loading = Loading { cycle_from: Some(1), cycles, ..scene.loading };
+        solved(&scene, &newton(16))
+    };
+    let (once, fields) = of(RollingHistory::Steady, 1, 1);
+    let (thrice, thrice_fields) = of(RollingHistory::Steady, 1, 3);
+    let worn = once.further.wear[1];
+    assert!(worn.depth > 0.0 && thrice.further.wear.len() == 4);
+    for again in &thrice.further.wear[1..] {
+        assert!((again.depth / worn.depth - 1.0).abs() < 1e-6, "{again:?}");
+        assert!((again.volume / worn.volume - 1.0).abs() < 1e-6, "{again:?}");
+    }
+    assert!(difference(&fields, &thrice_fields) < 1e-6);
+    let (path, fields) = of(RollingHistory::Transient, 12, 1);
+    let (cycles, cycle_fields) = of(RollingHistory::Transient, 4, 3);
+    assert_eq!(path.further, cycles.further);
+    assert_eq!(fields.further, cycle_fields.further);
 }
 
 /// A contact that goes the other way leaves the mirror image.
@@ -320,9 +349,14 @@ fn a_sphere_that_frets_wears_a_scar() {
     (exact.friction.mu, exact.foundation) =
         (0.3, Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.5 }));
     exact.loading = Loading::path(vec![pressed(0.3)]);
+    exact.wear = updating(0.15, 1);
     assert!(closed_form(&exact).is_none());
-    exact.wear = wearing(0.15);
-    assert!(closed_form(&exact).is_some());
+    // Wear that is off takes nothing from what is said.
+    for wear in [wearing(0.15), updating(0.0, 1)] {
+        exact.wear = wear;
+        assert!(closed_form(&exact).is_some());
+        assert!(solved(&exact, &newton(12)).0.hertz.is_some());
+    }
 }
 
 /// What is left out of a solve by stages, directions and mirror planes changes neither the wear nor
@@ -382,6 +416,11 @@ fn cycles_that_stand_for_many_wear_so_many_times_as_much() {
         let factor = if step.cycle > 0 { 64.0 } else { 1.0 };
         assert_eq!(many.volume, factor * one.volume);
     }
+    // Each element loses what it lost before the cycles, and so many times what it lost in them.
+    let before = once.steps.iter().take_while(|step| step.cycle == 0).count();
+    let [start, end] = [before - 1, once.steps.len() - 1].map(|step| once.further.wear[step].depth);
+    let depth = often.further.wear.last().unwrap().depth;
+    assert!((64.0 * (end - start)..=64.0 * end).contains(&depth), "{depth}");
 }
 
 /// With the shape updated, a cycle that stands for many leads to the shape of as many cycles, with
@@ -393,12 +432,73 @@ fn cycles_that_stand_for_many_lead_to_the_same_shape() {
         scene.domain = square(2.4);
         scene.wear = updating(0.01, repeat);
         let (outcome, _) = solved(&scene, &newton(16));
-        outcome.further.wear.last().unwrap().depth
+        let end = outcome.last().unwrap().observables;
+        let depth = outcome.further.wear.last().unwrap().depth;
+        [depth, volume(&outcome), end.peak_pressure, end.energy]
     };
     let [one, two, four] = [1, 2, 4].map(of);
-    let ratio = (four - one).abs() / (two - one).abs();
-    assert!((two / one - 1.0).abs() < 0.02, "{one} {two} {four}");
-    assert!((1.8..5.0).contains(&ratio), "{one} {two} {four}");
+    for (figure, one) in one.into_iter().enumerate() {
+        let [two, four] = [two, four].map(|all| all[figure] / one - 1.0);
+        assert!(two.abs() < 0.02, "figure {figure}: {two} {four}");
+        // The errors are those of N − 1 cycles that are left out.
+        assert!((four / two / 3.0 - 1.0).abs() < 0.1, "figure {figure}: {two} {four}");
+    }
+}
+
+/// Returns the largest part of a pressure that alternates from element to element, over its peak,
+/// where all neighbours are in contact.
+fn alternating(fields: &Fields) -> f64 {
+    let (p, nx) = (&fields.pressure, fields.shape[0] as usize);
+    let is_inside = |e: &usize| {
+        [e - nx - 1, e - nx, e - nx + 1, e - 1, *e, e + 1, e + nx - 1, e + nx, e + nx + 1]
+            .into_iter()
+            .all(|e| p[e] > 0.0)
+    };
+    let part = |e: usize| {
+        let edges = p[e - 1] + p[e + 1] + p[e - nx] + p[e + nx];
+        let corners = p[e - nx - 1] + p[e - nx + 1] + p[e + nx - 1] + p[e + nx + 1];
+        (p[e] - edges / 2.0 + corners / 4.0).abs() / 4.0
+    };
+    let inside = (nx + 1..p.len() - nx - 1).filter(is_inside);
+    inside.map(part).fold(0.0, f64::max) / p.iter().copied().fold(0.0, f64::max)
+}
+
+/// As much wear at once as a mesh bears leaves an even pressure, on elements of any shape and under
+/// coatings of any stiffness; what is more is refused.
+#[test]
+fn wear_that_a_mesh_bears_leaves_no_chequerboard() {
+    let coated = |shear_modulus: f64| Foundation {
+        layers: vec![Layer { shear_modulus, poisson: 0.3, thickness: 0.1 }],
+        base: Base::Elastic(Material { shear_modulus: 1.0, poisson: 0.3 }),
+    };
+    let soft = Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.3 });
+    let across = |mesh| Numerics { mesh, ..newton(16) };
+    for (name, foundation, mesh) in [
+        ("squares", soft.clone(), Mesh::Exact([16, 16])),
+        ("elongated", soft, Mesh::Exact([8, 48])),
+        ("stiff", coated(10.0), Mesh::Exact([16, 16])),
+        ("very stiff", coated(100.0), Mesh::Exact([16, 16])),
+    ] {
+        let mut scene = fretting(0.3, 0.2, 4, 3);
+        scene.foundation = foundation;
+        let numerics = across(mesh);
+        let solve = |scene: &Scene| {
+            solve(scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap()
+        };
+        // The words name the compliance that the pressure follows.
+        scene.wear = updating(1e3, 1);
+        let Status::Failed { reason } = solve(&scene).0.status else { panic!("{name}: certified") };
+        let words = reason.split("follows it up to ").nth(1).expect("a compliance");
+        let most: f64 = words.split(' ').next().unwrap().parse().expect("a number");
+        // An increment slides by 0.05 at most.
+        scene.wear = updating(0.9 * most / 0.05, 1);
+        let (outcome, fields) = solve(&scene);
+        assert_eq!(outcome.status, Status::Certified, "{name}");
+        assert!(alternating(&fields) < 0.1, "{name}: {}", alternating(&fields));
+        scene.wear = updating(1.5 * most / 0.05, 1);
+        let Status::Failed { reason } = solve(&scene).0.status else { panic!("{name}: certified") };
+        assert!(reason.contains("the shape would yield"), "{name}: {reason}");
+    }
 }
 
 /// What the pressure cannot follow, or doubles cannot hold, ends the path in words.
@@ -434,8 +534,12 @@ fn wear_that_is_too_fast_ends_the_path_in_words() {
         for wear in [wearing(coefficient), updating(coefficient, 1)] {
             scene.wear = wear;
             let (outcome, _) = solved(&scene, &newton(8));
-            let limit = coefficient * outcome.dissipation();
-            assert!((0.0..=4.0 * limit + 1e-320).contains(&volume(&outcome)), "{coefficient:e}");
+            let expected = coefficient * (outcome.dissipation() / 0.3);
+            // Below the normal doubles a pressure, a slip and a sum each round by half the smallest
+            // double at most.
+            let roundings = 3 * 64 * outcome.steps.len();
+            let error = 1e-7 * expected + 5e-324 * roundings as f64;
+            assert!((volume(&outcome) - expected).abs() <= error, "{coefficient:e}");
         }
     }
 }
@@ -469,6 +573,22 @@ fn wear_without_a_meaning_is_refused() {
             scene.loading.steps.push(Step { rolling: Some(rolling), ..Step::default() });
         };
         assert_eq!(refused(&rolls), "wear.update");
+    }
+    for history in [RollingHistory::Steady, RollingHistory::Transient] {
+        let rolls = |from: u32| {
+            move |scene: &mut Scene| {
+                scene.wear = Some(Wear { repeat: 2, ..wearing(COEFFICIENT).unwrap() });
+                let rolling = creeping(RollingDirection::Forward, 0.1, history);
+                scene.loading.steps[2] = Step { rolling: Some(rolling), ..Step::default() };
+                scene.loading.cycle_from = Some(from);
+            }
+        };
+        assert_eq!(refused(&rolls(2)), "wear.repeat");
+        assert_eq!(refused(&rolls(0)), "wear.repeat");
+        // What rolls before the cycles is worn once in any case.
+        let mut scene = fretting(0.5, 0.3, 2, 2);
+        rolls(3)(&mut scene);
+        assert_eq!(scene.validate(), Ok(()));
     }
     let mut scene = fretting(0.5, 0.3, 2, 1);
     scene.wear = wearing(COEFFICIENT);

@@ -134,6 +134,14 @@ fn wear_that_cannot_be_is_refused_in_words() {
             replaced(updated, "{ shift_x = \"-5 um\" }", "{ steady = true, creepage_x = 1e-3 }"),
         ),
         (
+            "cycles in place of one that rolls",
+            replaced(
+                "wear = { coefficient = 1e-14, repeat = 10 }",
+                "{ shift_x = \"-5 um\" }",
+                "{ steady = true, creepage_x = 1e-3 }",
+            ),
+        ),
+        (
             "wear in a search",
             format!("kind = \"multiplicity\"\n{}", text("wear.coefficient = 1e-14", "")),
         ),
