@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 
+use answers::forecast;
 use anyhow::{Context, Result, bail};
 use contact::model::StepOutcome;
 use contact::punch::Surfaces;
@@ -36,9 +37,10 @@ impl PathJob<'_> {
     /// Returns the number of increments.
     ///
     /// # Errors
-    /// The job follows no path.
+    /// The job follows no path, or its scene cannot be laid out on a grid.
     pub(crate) fn increments(&self) -> Result<u64> {
-        Ok(self.case()?.scene.loading.increments())
+        self.case()?;
+        Ok(forecast(&self.job, self.surfaces)?.increments)
     }
 
     /// Solves the path and shows its increments to `visit` one after the other, until it wants no

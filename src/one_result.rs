@@ -2,9 +2,7 @@
 
 use answers::effects::{effects, missing_surface, reducible_case};
 use answers::patches::{self, Patch, inclination_words, patches, place_on_rail};
-use answers::{
-    Accounts, AnswerTable, forecast, increments_of, path_columns, rows, tables_of, warnings,
-};
+use answers::{Accounts, AnswerTable, forecast, path_columns, rows, tables_of, warnings};
 use anyhow::Result;
 use contact::model::Fields;
 use contact::punch::Surfaces;
@@ -82,6 +80,7 @@ pub(crate) fn json(
             let value = match value(column) {
                 Value::Number(x) => serde_json::json!(x),
                 Value::Integer(n) => serde_json::json!(n),
+                Value::Flag(yes) => serde_json::json!(yes),
                 Value::Text(text) => serde_json::json!(text),
                 Value::Missing => return None,
             };
@@ -142,7 +141,7 @@ pub(crate) fn words(
     let mut text = format!("{}\n\n", point.job.to_toml().trim_end());
     text += &words.iter().map(|line| format!("{line}\n")).collect::<String>();
     text += if words.is_empty() { "" } else { "\n" };
-    text += &path_words(&point, record);
+    text += &path_words(&point, record, surfaces);
     text += &effect_words(&point, surfaces)?;
     let columns = point.job.kind().columns([], []);
     for section in SECTIONS {
@@ -176,8 +175,8 @@ pub(crate) fn words(
 }
 
 /// Says how far a path of several increments goes.
-fn path_words(point: &StudyPoint, record: &Record) -> String {
-    let all = increments_of(&point.job);
+fn path_words(point: &StudyPoint, record: &Record, surfaces: &Surfaces) -> String {
+    let all = forecast(&point.job, surfaces).map_or(0, |forecast| forecast.increments);
     let Some(Case { scene, .. }) = point.job.case().filter(|_| all > 1) else {
         return String::new();
     };

@@ -5,6 +5,13 @@ use report::{Cell, CellType, DataTable, TypedColumn};
 /// The values of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TypedValues {
+    /// True or false; a missing one is false, and `missing` says where.
+    Flag {
+        /// The values.
+        values: Vec<bool>,
+        /// The fact that a value is missing, for each of them.
+        missing: Vec<bool>,
+    },
     /// Whole numbers; a missing one is 0, and `missing` says where.
     Integer {
         /// The numbers.
@@ -26,6 +33,7 @@ pub enum TypedValues {
 impl TypedValues {
     fn of(cells: CellType) -> Self {
         match cells {
+            CellType::Flag => TypedValues::Flag { values: Vec::new(), missing: Vec::new() },
             CellType::Integer => TypedValues::Integer { values: Vec::new(), missing: Vec::new() },
             CellType::Number => TypedValues::Number { values: Vec::new(), missing: Vec::new() },
             CellType::Text => TypedValues::Text(Vec::new()),
@@ -35,6 +43,14 @@ impl TypedValues {
     /// Adds a cell; one that the type cannot hold widens it.
     fn push(&mut self, cell: &Cell) {
         match (&mut *self, cell) {
+            (TypedValues::Flag { values, missing }, Cell::Flag(value)) => {
+                values.push(*value);
+                missing.push(false);
+            }
+            (TypedValues::Flag { values, missing }, Cell::Missing) => {
+                values.push(false);
+                missing.push(true);
+            }
             (TypedValues::Integer { values, missing }, Cell::Integer(value)) => {
                 values.push(*value);
                 missing.push(false);
@@ -62,7 +78,7 @@ impl TypedValues {
                 self.widen(CellType::Number);
                 self.push(cell);
             }
-            (TypedValues::Integer { .. } | TypedValues::Number { .. }, Cell::Text(_)) => {
+            (TypedValues::Flag { .. }, _) | (_, Cell::Flag(_) | Cell::Text(_)) => {
                 // A mesh may be a pair at some point, which is a text.
                 self.widen(CellType::Text);
                 self.push(cell);
@@ -73,6 +89,11 @@ impl TypedValues {
     fn widen(&mut self, cells: CellType) {
         let mut wider = TypedValues::of(cells);
         match self {
+            TypedValues::Flag { values, missing } => {
+                for (value, missing) in values.iter().zip(missing) {
+                    wider.push(&if *missing { Cell::Missing } else { Cell::Flag(*value) });
+                }
+            }
             TypedValues::Integer { values, missing } => {
                 for (value, missing) in values.iter().zip(missing) {
                     wider.push(&if *missing { Cell::Missing } else { Cell::Integer(*value) });
@@ -122,7 +143,7 @@ mod tests {
         let head = || TableColumn::new("mesh", "");
         let column =
             TypedColumn { head: head(), meaning: "elements".to_owned(), cells: CellType::Integer };
-        let mut table = TypedTable::new(vec![column]);
+        let mut table = TypedTable::new(vec![column.clone()]);
         let mut add = |cells: Vec<Cell>| {
             let rows = cells.into_iter().map(|cell| vec![cell]).collect();
             table.add(&DataTable::new(vec![head()], rows).unwrap());
@@ -132,6 +153,15 @@ mod tests {
             add(vec![Cell::Integer(8), Cell::Missing]),
             TypedValues::Integer { values: vec![8, 0], missing: vec![false, true] }
         );
+        let flags = TypedColumn { cells: CellType::Flag, ..column.clone() };
+        let mut of_flags = TypedTable::new(vec![flags]);
+        let rows = [Cell::Flag(true), Cell::Missing].map(|cell| vec![cell]).to_vec();
+        of_flags.add(&DataTable::new(vec![head()], rows).unwrap());
+        let expected = TypedValues::Flag { values: vec![true, false], missing: vec![false, true] };
+        assert_eq!(of_flags.values, [expected]);
+        of_flags.add(&DataTable::new(vec![head()], vec![vec![Cell::Integer(1)]]).unwrap());
+        let texts = ["true", "", "1"].map(|text| (!text.is_empty()).then(|| text.to_owned()));
+        assert_eq!(of_flags.values, [TypedValues::Text(texts.to_vec())]);
         let TypedValues::Number { values, missing } = add(vec![Cell::Number(0.5)]) else {
             panic!("numbers")
         };

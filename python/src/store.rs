@@ -115,8 +115,8 @@ impl StoreObject {
     }
 }
 
-/// Returns a column with its values. Where a number is missing, `missing` is true, and there is 0
-/// or NaN; a missing text is None.
+/// Returns a column with its values. Where a number or a flag is missing, `missing` is true, and there is 0,
+/// NaN or false; a missing text is None.
 fn column<'py>(
     py: Python<'py>,
     column: TypedColumn,
@@ -127,6 +127,10 @@ fn column<'py>(
     entry.set_item("unit", column.head.unit)?;
     entry.set_item("meaning", column.meaning)?;
     match values {
+        TypedValues::Flag { values, missing } => {
+            entry.set_item("values", values.into_pyarray(py))?;
+            entry.set_item("missing", missing.into_pyarray(py))?;
+        }
         TypedValues::Integer { values, missing } => {
             entry.set_item("values", values.into_pyarray(py))?;
             entry.set_item("missing", missing.into_pyarray(py))?;

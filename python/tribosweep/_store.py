@@ -257,5 +257,7 @@ def _values(column: Any) -> Any:
     if isinstance(values, list):
         return pd.Series(values, dtype=object)
     # A missing number is NaN already.
-    is_whole = values.dtype.kind == "i"
-    return pd.arrays.IntegerArray(values, missing) if is_whole and missing.any() else values
+    if values.dtype.kind == "f" or not missing.any():
+        return values
+    array = pd.arrays.BooleanArray if values.dtype.kind == "b" else pd.arrays.IntegerArray
+    return array(values, missing)

@@ -4,10 +4,10 @@ use std::collections::HashSet;
 use std::ffi::OsStr;
 use std::io::IsTerminal;
 
+use answers::RecordMap;
 use answers::choice::{self, PointChoice};
 use answers::effects::{EffectGroup, Overview};
 use answers::shards::{Partition, Shard, ShardLoad};
-use answers::{RecordMap, increments_of};
 use anyhow::{Result, bail};
 use identity::JobKey;
 use indicatif::BinaryBytes;
@@ -109,7 +109,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         ..PlanTally::default()
     };
     for job in jobs.distinct.iter().filter(is_left) {
-        tally.add(&job.forecast, increments_of(&jobs.points[job.point].job));
+        tally.add(&job.forecast);
     }
     let mut plan = Plan::of(&study, &tally, &overview, file_lines(&study, &jobs));
     plan.chosen = found.as_ref().map(|table| serde_json::from_str(&table.json())).transpose()?;

@@ -73,7 +73,7 @@ pub(crate) fn number(evidence: &Evidence<'_>, column: &Column, point: usize) -> 
     match column.value_of(&row) {
         study::Value::Number(x) => Some(x).filter(|x| x.is_finite()),
         study::Value::Integer(n) => Some(n as f64),
-        study::Value::Text(_) | study::Value::Missing => None,
+        study::Value::Flag(_) | study::Value::Text(_) | study::Value::Missing => None,
     }
 }
 

@@ -64,7 +64,7 @@ pub use error::AnswerError;
 pub use kind::{
     Proof, RecordSize, check, forecast, is_timed, perform, proof, tables_of, too_large,
 };
-pub use path::{increments_of, path_columns};
+pub use path::path_columns;
 pub use perform::Performed;
 pub use place::StudyPlace;
 pub use records::{RecordMap, Records, RecordsError};

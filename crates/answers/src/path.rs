@@ -1,7 +1,7 @@
 //! Loading paths at a glance.
 
 use contact::model::{Dof, Rolling, RollingHistory, Step};
-use study::{Job, StudyPoint};
+use study::StudyPoint;
 
 /// Returns the columns that show loading paths at a glance: the place, the motions and forces that
 /// some step mentions, what they do, and how it ended.
@@ -32,9 +32,4 @@ pub fn path_columns(points: &[StudyPoint]) -> Vec<String> {
     }
     names.extend(["contact_radius", "stick_fraction", "dissipation", "status"].map(str::to_owned));
     names
-}
-
-/// Returns the increments of a job's loading path.
-pub fn increments_of(job: &Job) -> u64 {
-    job.case().map_or(0, |case| case.scene.loading.increments())
 }

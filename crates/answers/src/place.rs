@@ -56,6 +56,7 @@ pub(crate) fn unit_of(columns: &[study::Column], name: &str) -> &'static str {
 pub(crate) enum ValueKey<'v> {
     Number(u64),
     Integer(u64),
+    Flag(bool),
     Text(&'v str),
     Missing,
 }
@@ -65,6 +66,7 @@ impl<'v> From<&'v Value> for ValueKey<'v> {
         match value {
             Value::Number(x) => ValueKey::Number(x.to_bits()),
             Value::Integer(n) => ValueKey::Integer(*n),
+            Value::Flag(yes) => ValueKey::Flag(*yes),
             Value::Text(text) => ValueKey::Text(text),
             Value::Missing => ValueKey::Missing,
         }

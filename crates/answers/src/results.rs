@@ -464,8 +464,9 @@ impl<'r> Results<'r> {
             // The place on the path comes first.
             [path_columns(&self.points), of_figures]
         } else {
-            let usual = self.study.kind().usual_columns().iter();
-            [of_figures, usual.map(|name| (*name).to_owned()).collect()]
+            let usual = self.study.kind().usual_columns().iter().copied();
+            let asked = self.points.iter().flat_map(|point| point.job.asked_columns());
+            [of_figures, usual.chain(asked).map(str::to_owned).collect()]
         };
         for name in names_after.into_iter().flatten() {
             if !names.contains(&name) {

@@ -60,6 +60,7 @@ pub(crate) fn cell(value: Value) -> Cell {
     match value {
         Value::Number(x) => Cell::Number(x),
         Value::Integer(n) => i64::try_from(n).map_or(Cell::Number(n as f64), Cell::Integer),
+        Value::Flag(yes) => Cell::Flag(yes),
         Value::Text(text) => Cell::Text(text),
         Value::Missing => Cell::Missing,
     }

@@ -166,6 +166,7 @@ impl Selection {
                 cells: match column.values() {
                     ValueType::Integer => CellType::Integer,
                     ValueType::Number => CellType::Number,
+                    ValueType::Flag => CellType::Flag,
                     ValueType::Text => CellType::Text,
                 },
             })

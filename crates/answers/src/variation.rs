@@ -40,6 +40,7 @@ pub(crate) fn noise(points: &[StudyPoint]) -> f64 {
 enum CellIdentity<'c> {
     Number(u64),
     Integer(i64),
+    Flag(bool),
     Text(&'c str),
     Missing,
 }
@@ -49,6 +50,7 @@ impl CellIdentity<'_> {
         match cell {
             Cell::Number(number) => CellIdentity::Number(number.to_bits()),
             Cell::Integer(integer) => CellIdentity::Integer(*integer),
+            Cell::Flag(yes) => CellIdentity::Flag(*yes),
             Cell::Text(text) => CellIdentity::Text(text),
             Cell::Missing => CellIdentity::Missing,
         }

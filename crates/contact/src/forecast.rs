@@ -9,8 +9,8 @@ use crate::model::{
     Effect, InteriorQuestion, Method, Numerics, RollingDirection, Scene, SceneError, Shape, refuse,
 };
 use crate::multiplicity::{Multiplicity, Search};
-use crate::problem::{Effects, Layout, check_distances};
-use crate::punch::{Surfaces, domain, with_creepages};
+use crate::problem::{Effects, Layout, Operators, check_distances, on_grid};
+use crate::punch::{Surfaces, domain};
 use crate::uniqueness::{Question, WitnessSearch, lower};
 
 /// The forecast of the time and the memory of a solve.
@@ -18,6 +18,8 @@ use crate::uniqueness::{Question, WitnessSearch, lower};
 pub struct Forecast {
     /// The numbers of elements along x and y.
     pub elements: [usize; 2],
+    /// The number of increments of the path.
+    pub increments: u64,
     /// The number of unknowns of all stages together, without those of effects that the scene does
     /// not call for.
     pub unknowns: usize,
@@ -41,7 +43,7 @@ pub fn forecast(
     numerics: &Numerics,
     surfaces: &Surfaces,
 ) -> Result<Forecast, SceneError> {
-    let scene = &*with_creepages(scene, surfaces)?;
+    let scene = &*on_grid(scene, numerics, surfaces)?;
     let domain = domain(scene, surfaces)?;
     let layout = Layout::new(scene, numerics, &domain);
     let bodies = relative_bodies(scene, layout.half_diameter);
@@ -81,7 +83,7 @@ pub fn forecast(
     }
 
     let effects = Effects::of(scene, numerics, [layout.nx, layout.ny], surfaces)?;
-    let increments = scene.loading.increments() as f64;
+    let increments = scene.loading.increments();
     let method = numerics.method.chosen(&scene.loading, [layout.nx, layout.ny]).method;
     let unknowns = match method {
         Method::Seidel => 3 * layout.nx * layout.ny,
@@ -119,7 +121,7 @@ pub fn forecast(
             false => slower += (passing - 1.0) * f64::from(leg.increments),
         }
     }
-    let increments = increments + slower;
+    let solves = increments as f64 + slower;
     let interior = scene
         .interior
         .as_ref()
@@ -133,10 +135,10 @@ pub fn forecast(
     // whole fields, and forty Krylov vectors.
     let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);
     // Each distance that is rolled has a table, and symbols without symmetry; in steady rolling
-    // the solver's operator has such symbols too.
-    let memory = memory
-        + 8.0 * (16.0 + 72.0) * elements * rolled
-        + if steady_legs > 0.0 { 8.0 * 24.0 * unknowns as f64 } else { 0.0 };
+    // the solver's operator has such symbols too. Of many, those used last are kept.
+    let operator = 8.0 * (16.0 + 72.0) * elements;
+    let kept = (operator * rolled).min(Operators::BUDGET as f64 + operator);
+    let memory = memory + kept + if steady_legs > 0.0 { 8.0 * 24.0 * unknowns as f64 } else { 0.0 };
     // A height map holds a height and four numbers for the slopes of each pixel, and a search for
     // its highest point two more.
     let pixels = match &scene.punch.shape {
@@ -148,9 +150,10 @@ pub fn forecast(
     let memory = memory + 56.0 * pixels as f64;
     let memory = memory + interior.bytes;
     let seconds =
-        interior.seconds + set_up + assembly * (1.0 + 2.0 * rolled) + seconds * increments + 1e-4;
+        interior.seconds + set_up + assembly * (1.0 + 2.0 * rolled) + seconds * solves + 1e-4;
     Ok(Forecast {
         elements: [layout.nx, layout.ny],
+        increments,
         unknowns,
         seconds,
         memory: memory as u64,
@@ -223,7 +226,7 @@ pub fn forecast_search(
 ) -> Result<Forecast, SceneError> {
     search.validate()?;
     let whole = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..numerics.clone() };
-    let Forecast { elements, unknowns, seconds, memory, operator } =
+    let Forecast { elements, increments, unknowns, seconds, memory, operator } =
         forecast(scene, &whole, surfaces)?;
     let k = elements[0] * elements[1];
     if k > Multiplicity::MOST_ELEMENTS {
@@ -243,6 +246,7 @@ pub fn forecast_search(
     let searched = 4.0 * (f64::from(search.starts) + 20.0) * each;
     Ok(Forecast {
         elements,
+        increments,
         unknowns,
         seconds: seconds + searched,
         memory: memory + (4.0 * 8.0 * rows * rows) as u64,
@@ -282,6 +286,7 @@ pub fn forecast_bracket(
         if block <= lower::FACTORED_ROWS as f64 { 8.0 * 8.0 * block * block } else { 0.0 };
     Ok(Forecast {
         elements: [nx, ny],
+        increments: 0,
         unknowns: 3 * nx * ny,
         seconds,
         memory: memory + factored as u64,

@@ -47,7 +47,7 @@ pub use outcome::{
 };
 pub use rigid::{Control, Dof, Motion, PerDof};
 pub(crate) use rigid::{rigid_displacement, rigid_modes};
-pub use rolling::{ImposedCreepages, Rolling, RollingDirection, RollingHistory};
+pub use rolling::{ImposedCreepages, Rolled, Rolling, RollingDirection, RollingHistory};
 #[cfg(test)]
 pub(crate) use scene::tests::sphere_on_half_space;
 pub use scene::{

@@ -112,7 +112,7 @@ pub fn search_from(
         problem.components == Components::ALL && problem.mirror == Mirror::NONE,
         "a search needs the full problem"
     );
-    let nothing = Start { p: vec![0.0; problem.f.len()], motion: PerDof::all(0.0) };
+    let nothing = Start::new(vec![0.0; problem.f.len()], PerDof::all(0.0));
     let mut seeker = Seeker::new(problem, numerics, operators)?;
     seeker.target = *target;
     seeker.controls = in_units(target, &seeker.problem);

@@ -82,6 +82,7 @@ impl ConditionNames for DataTable {
     fn kind(&self, index: usize) -> ValueKind {
         let mut kinds = self.cells(index).filter_map(|cell| match cell {
             Cell::Number(_) | Cell::Integer(_) => Some(ValueKind::Number),
+            Cell::Flag(_) => Some(ValueKind::Truth),
             Cell::Text(_) => Some(ValueKind::Text),
             Cell::Missing => None,
         });
@@ -97,6 +98,7 @@ fn value(cell: &Cell) -> FilterValue<'_> {
     match cell {
         Cell::Number(x) => FilterValue::Number(*x),
         Cell::Integer(i) => FilterValue::Integer(*i),
+        Cell::Flag(yes) => FilterValue::Truth(*yes),
         Cell::Text(text) => FilterValue::Text(Cow::Borrowed(text)),
         Cell::Missing => FilterValue::Missing,
     }

@@ -20,7 +20,7 @@
 
 use toml::de::DeValue;
 
-use contact::model::{Control, Dof, FigureErrors, Mesh, PerDof, Shape};
+use contact::model::{Control, Dof, FigureErrors, Loading, Mesh, PerDof, Shape};
 
 use crate::axis::Group;
 use crate::error::{Mistake, Span};
@@ -67,7 +67,11 @@ impl Accuracy {
     /// estimate of what the solver leaves is four times the residual of each increment. The
     /// tolerance is a power of ten, so that studies share results.
     pub fn tolerance(&self, job: &Job) -> f64 {
-        let increments = job.case().map_or(1, |case| case.scene.loading.increments());
+        let increments = job.case().map_or(1, |case| match &case.scene.loading {
+            // The elements are not chosen yet.
+            loading if loading.is_divided_by_elements() => u64::from(Loading::MAX_INCREMENTS),
+            loading => loading.increments(),
+        });
         let exponent =
             (self.is / (40.0 * increments.max(1) as f64)).log10().floor().clamp(-12.0, -1.0);
         format!("1e{exponent}").parse().unwrap_or(1e-12)

@@ -154,8 +154,14 @@ impl<'a> Assembler<'a> {
     /// Returns the coefficient of friction. A scene that says nothing of friction has none; a table
     /// that was begun and holds nothing has lost something.
     fn mu(&mut self) -> f64 {
-        let is_begun = Table::find("friction").is_some_and(|friction| self.places.has(&friction));
-        if is_begun { self.number(Key::Mu) } else { self.number_or(Key::Mu, 0.0) }
+        let is_begun =
+            |table| Table::find(table).is_some_and(|table: Table| self.places.has(&table));
+        let (has_friction, wears) = (is_begun("friction"), self.wears());
+        if wears && !has_friction && self.sheet.get(Key::Mu).is_none() {
+            self.miss(Key::Mu, ": a scene that wears needs it");
+            return f64::NAN;
+        }
+        if has_friction { self.number(Key::Mu) } else { self.number_or(Key::Mu, 0.0) }
     }
 
     pub(crate) fn foundation(&mut self) -> Foundation {
@@ -316,11 +322,15 @@ impl<'a> Assembler<'a> {
         Material { shear_modulus: modulus, poisson: ratio }
     }
 
-    fn wear(&mut self) -> Option<Wear> {
+    /// Returns whether the scene says something of wear.
+    fn wears(&self) -> bool {
         let keys = [Key::WearCoefficient, Key::WearUpdate, Key::WearRepeat];
         let is_begun = Table::find("wear").is_some_and(|wear| self.places.has(&wear));
-        let any = is_begun || keys.iter().any(|key| self.sheet.get(*key).is_some());
-        any.then(|| Wear {
+        is_begun || keys.iter().any(|key| self.sheet.get(*key).is_some())
+    }
+
+    fn wear(&mut self) -> Option<Wear> {
+        self.wears().then(|| Wear {
             coefficient: self.number(Key::WearCoefficient),
             update: self.sheet.flag(Key::WearUpdate).unwrap_or(false),
             repeat: self.sheet.count(Key::WearRepeat).unwrap_or(1),

@@ -123,6 +123,7 @@ impl PointNames {
         for key in keys.filter(|key| seen.insert(*key)) {
             let kind = match key.quantity().values() {
                 ValueType::Text => ValueKind::Text,
+                ValueType::Flag => ValueKind::Truth,
                 // A mesh that is a pair is a text.
                 _ if key == Key::Mesh && has_pairs => ValueKind::Unknown,
                 ValueType::Number | ValueType::Integer => ValueKind::Number,
@@ -158,6 +159,7 @@ impl PointNames {
             Some(Value::Integer(n)) => {
                 i64::try_from(n).map_or(FilterValue::Number(n as f64), FilterValue::Integer)
             }
+            Some(Value::Flag(yes)) => FilterValue::Truth(yes),
             Some(Value::Text(text)) => FilterValue::Text(Cow::Owned(text)),
             Some(Value::Missing) | None => FilterValue::Missing,
         }

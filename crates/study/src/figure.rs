@@ -437,6 +437,7 @@ impl ConditionNames for ColumnNames<'_> {
             // A mesh that is a pair is a text.
             None | Some((_, "mesh")) => ValueKind::Unknown,
             Some((ValueType::Number | ValueType::Integer, _)) => ValueKind::Number,
+            Some((ValueType::Flag, _)) => ValueKind::Truth,
             Some((ValueType::Text, _)) => ValueKind::Text,
         }
     }

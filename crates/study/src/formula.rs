@@ -1,7 +1,9 @@
 //! Formulas over keys, with units: `0.1 * punch.radius`, `2 mm + sqrt(radius * approach)`.
 //!
 //! A formula has numbers, with a unit or without, keys by their paths or the names of their
-//! columns, `+ - * / ^`, parentheses, `pi`, and the functions below. A unit by itself is one of it.
+//! columns, `+ - * / ^`, parentheses, `pi`, and the functions below. A unit by itself is one of it,
+//! and units that follow each other are their product, as in `1e-5 mm^3/(N m)`. A power after a
+//! unit is one of the unit: `2 mm^2` are two square millimetres.
 //! Dimensions are checked when the formula is read: a length and a force cannot be added, and the
 //! root of a pressure times an area is that of a force. An angle counts as a pure number, as the
 //! radian does. The crates for units fix dimensions when Rust is compiled, and those that evaluate
@@ -158,6 +160,8 @@ impl UnitPowers {
             Dimension::Moment,
             Dimension::PerPressure,
             Dimension::Velocity,
+            Dimension::AngularVelocity,
+            Dimension::Time,
         ];
         if let Some(dimension) = named.into_iter().find(|known| self.fits(Self::of(*known))) {
             return dimension.noun().to_owned();
@@ -299,6 +303,15 @@ struct Measured {
     dimension: UnitPowers,
 }
 
+impl Measured {
+    fn times(self, other: Measured) -> Measured {
+        let dimension = self.dimension.times(other.dimension, 1.0);
+        let operands = (Box::new(self.node), Box::new(other.node));
+        let node = FormulaNode::Operation(FormulaOperator::Times, operands.0, operands.1);
+        Measured { node, dimension }
+    }
+}
+
 struct FormulaReader<'t> {
     text: &'t str,
     position: usize,
@@ -396,6 +409,11 @@ impl FormulaReader<'_> {
 
     fn raised(&mut self) -> Result<Measured, FormulaFault> {
         let base = self.primary()?;
+        self.power_of(base)
+    }
+
+    /// Reads the exponent of a base, if one comes next.
+    fn power_of(&mut self, base: Measured) -> Result<Measured, FormulaFault> {
         if !self.takes('^') {
             return Ok(base);
         }
@@ -478,7 +496,35 @@ impl FormulaReader<'_> {
             return Err(FormulaFault::new(message, expected));
         };
         self.position += word.len();
-        Ok(Measured { node: FormulaNode::Number(value), dimension: UnitPowers::of(dimension) })
+        let dimension = UnitPowers::of(dimension);
+        if !self.rest().starts_with('^') {
+            return self.units_after(Measured { node: FormulaNode::Number(value), dimension });
+        }
+        let value = number.parse().unwrap_or(f64::NAN);
+        let count = Measured { node: FormulaNode::Number(value), dimension: UnitPowers::PURE };
+        let unit = self.raised_unit(&word)?;
+        self.units_after(count.times(unit))
+    }
+
+    /// Returns one of a unit whose symbol has been read, to the power that comes next.
+    fn raised_unit(&mut self, symbol: &str) -> Result<Measured, FormulaFault> {
+        let Some((value, dimension)) = unit_value("1", symbol) else {
+            return Err(self.unexpected());
+        };
+        let dimension = UnitPowers::of(dimension);
+        self.power_of(Measured { node: FormulaNode::Number(value), dimension })
+    }
+
+    /// Returns the product with the units that come next, such as the `m` of `N m`.
+    fn units_after(&mut self, mut product: Measured) -> Result<Measured, FormulaFault> {
+        loop {
+            let word = self.word().to_owned();
+            if unit_value("1", &word).is_none() {
+                return Ok(product);
+            }
+            self.position += word.len();
+            product = product.times(self.raised_unit(&word)?);
+        }
     }
 
     fn named(&mut self, word: &str) -> Result<Measured, FormulaFault> {
@@ -489,9 +535,9 @@ impl FormulaReader<'_> {
             return Ok(Measured { node: FormulaNode::Number(PI), dimension: UnitPowers::PURE });
         }
         // No key and no column is called like a unit.
-        if let Some((value, dimension)) = unit_value("1", word) {
-            let dimension = UnitPowers::of(dimension);
-            return Ok(Measured { node: FormulaNode::Number(value), dimension });
+        if unit_value("1", word).is_some() {
+            let unit = self.raised_unit(word)?;
+            return self.units_after(unit);
         }
         let key = (self.find)(word)?;
         let dimension = match key.quantity() {
@@ -610,6 +656,22 @@ mod tests {
             ("tan(45 deg)", 1.0),
             ("scene.foundation.base.shear_modulus * radius ^ 2 / kN", 720.0),
             ("radius", 3e-3),
+            ("20 m/s", 20.0),
+            ("72 km/h", 20.0),
+            ("90 km / 1.25 h", 20.0),
+            ("40 rad/s", 40.0),
+            ("30 rpm / pi", 1.0),
+            ("2 min - 60 s", 60.0),
+            ("radius / (2 s)", 1.5e-3),
+            ("2 N m", 2.0),
+            ("3 kN mm / radius", 1e3),
+            ("2 mm^2", 2e-6),
+            ("(2 mm)^2", 4e-6),
+            ("2 mm^2 m", 2e-6),
+            ("1e-5 mm^3/(N m)", 1e-14),
+            ("1e-5 mm^3/N m", 1e-14),
+            ("1e-5 mm^3 / J", 1e-14),
+            ("mu * mm^3/(N m)", 2.5e-10),
         ] {
             assert_eq!(value(text), Ok(expected), "{text}");
         }
@@ -650,6 +712,12 @@ mod tests {
             ("sqrt(radius)", "a quantity in m^0.5"),
             ("1 kN * radius", "a moment"),
             ("1 / radius", "a quantity in m^-1"),
+            ("radius / s", "a velocity"),
+            ("72 km/h", "a velocity"),
+            ("40 rad/s", "an angular velocity"),
+            ("3 h", "a time"),
+            ("1e-5 mm^3/(N m)", "one over a pressure"),
+            ("2 N m", "a moment"),
         ] {
             assert_eq!(noun(text).as_deref(), Ok(expected), "{text}");
         }
@@ -660,6 +728,10 @@ mod tests {
             ("radius^mu", "a power of a length that changes"),
             ("sin(radius)", "`sin` of a length"),
             ("shape * 2", "`shape` is a text"),
+            ("20 m/s + 3 s", "a velocity and a time cannot be added or subtracted"),
+            ("1 mm^radius", "an exponent is a length"),
+            ("(N radius)", "unexpected `radius)` at character 4"),
+            ("3 hours", "`hours` after 3 is no unit"),
         ] {
             assert_eq!(noun(text).map_err(|fault| fault.message), Err(words.to_owned()), "{text}");
         }

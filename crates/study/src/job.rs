@@ -193,7 +193,11 @@ impl Case {
     fn normalise(&mut self) {
         // −0 becomes 0.
         let scene = &mut self.scene;
-        scene.loading = scene.loading.normalised();
+        let is_imposed = matches!(
+            &scene.punch.shape,
+            Shape::WheelOnRail(wheel) if wheel.motion.is_some()
+        );
+        scene.loading = scene.loading.normalised(is_imposed);
         scene.friction.mu += 0.0;
         scene.wear = scene.wear.map(Wear::normalised);
         normalise(&mut scene.foundation, &mut scene.punch.material);

@@ -249,6 +249,11 @@ impl Job {
             Job::Uniqueness { .. } => Kind::Uniqueness,
         }
     }
+
+    /// Returns the columns of the results that the scene asks for beyond those of every scene.
+    pub fn asked_columns(&self) -> Vec<&'static str> {
+        freedom::asked_of(self)
+    }
 }
 
 #[cfg(test)]

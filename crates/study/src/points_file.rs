@@ -358,7 +358,11 @@ fn value(key: Key, unit: Option<&str>, text: &str) -> Result<Setting, String> {
                 _ => Err(pair()),
             },
         },
-        Quantity::Flag => text.parse().map(Setting::Flag).map_err(|_| must()),
+        Quantity::Flag => match text {
+            "true" | "True" => Ok(Setting::Flag(true)),
+            "false" | "False" => Ok(Setting::Flag(false)),
+            _ => Err(must()),
+        },
         Quantity::Choice(words) if !words.contains(&text) => Err(must()),
         Quantity::LengthUnit if LengthUnit::find(text).is_none() => Err(must()),
         _ => Ok(Setting::Word(text.to_owned())),

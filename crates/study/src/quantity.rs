@@ -89,8 +89,8 @@ impl Quantity {
         match self {
             Quantity::Number(_) => ValueType::Number,
             Quantity::Count | Quantity::Mesh | Quantity::List(_) => ValueType::Integer,
+            Quantity::Flag => ValueType::Flag,
             Quantity::Choice(_)
-            | Quantity::Flag
             | Quantity::Text
             | Quantity::LengthUnit
             | Quantity::Lengths

@@ -205,6 +205,11 @@ impl Record {
             let Ending::Finished(path) = &mut partial.ending else { return };
             path.steps.push(*step);
             path.further.wear.extend(outcome.further.wear.get(index));
+            path.further.leading_edges.extend(outcome.further.leading_edges.get(index));
+            path.hertz = outcome.hertz.zip(outcome.last()).and_then(|(hertz, last)| {
+                let [load, of_last] = [step, last].map(|step| step.observables.load);
+                (load > 0.0 && of_last > 0.0).then(|| hertz.under(load / of_last))
+            });
             if index + 1 == outcome.steps.len() {
                 path.status = outcome.status.clone();
                 (path.estimate, path.hertz, path.rail) =
@@ -425,5 +430,25 @@ pub(crate) mod tests {
             state: vec![0, 1, 2, 3, 1, 0],
             ..Fields::default()
         }
+    }
+
+    /// The semi-axes go with the cube root of the load, and what is further asked for is there as
+    /// far as the path.
+    #[test]
+    fn an_increment_has_what_holds_under_its_own_load() {
+        let mut record = solved();
+        let edges = vec![None, Some(0.5)];
+        record.ending.take_further(Further { leading_edges: edges.clone(), ..Further::default() });
+        let mut seen = Vec::new();
+        record.along_path(|increment| seen.push(increment.outcome().unwrap().clone()));
+        let [first, last] = &seen[..] else { panic!("{} increments", seen.len()) };
+        let (hertz, of_end) = (first.hertz.unwrap(), last.hertz.unwrap());
+        assert_eq!(Some(of_end), record.outcome().unwrap().hertz);
+        assert!((hertz.semi_axis_a / of_end.semi_axis_a - 0.5f64.cbrt()).abs() < 1e-12);
+        assert!((hertz.peak_pressure / of_end.peak_pressure - 0.5f64.cbrt()).abs() < 1e-12);
+        assert!((hertz.area / of_end.area - 0.25f64.cbrt()).abs() < 1e-12);
+        assert!((hertz.approach / of_end.approach - 0.25f64.cbrt()).abs() < 1e-12);
+        assert_eq!(first.further.leading_edges, edges[..1]);
+        assert_eq!(last.further.leading_edges, edges);
     }
 }

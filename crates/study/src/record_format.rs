@@ -224,20 +224,21 @@ mod tests {
     fn worn() -> Record {
         let mut record = solved();
         let wear = vec![Worn { depth: 91.0, volume: 92.0 }];
-        record.ending.take_further(Further { wear, interior: Some(below()) });
+        let leading_edges = vec![Some(93.0), None];
+        record.ending.take_further(Further { wear, leading_edges, interior: Some(interior()) });
         record
     }
 
-    fn below() -> Interior {
-        let peak = |stress: f64| StressPeak { stress, place: [93.0, 94.0, 95.0] };
-        let stress = Stress { xx: 96.0, yy: 97.0, zz: 98.0, xy: 99.0, yz: 100.0, xz: 101.0 };
+    fn interior() -> Interior {
+        let peak = StressPeak { stress: 94.0, place: [95.0, 96.0, 97.0] };
+        let largest = LargestStress { surface: peak, below: Some(peak) };
         Interior {
-            von_mises: Some(LargestStress { surface: peak(102.0), below: Some(peak(103.0)) }),
-            tresca: Some(LargestStress { surface: peak(104.0), below: None }),
-            searched: Some([105.0, 106.0]),
-            planes: vec![PlanePeaks { depth: 107.0, von_mises: peak(108.0), tresca: peak(109.0) }],
-            points: vec![PointStress { place: [110.0, 111.0, 112.0], stress }],
-            residual: Some(113.0),
+            von_mises: Some(largest),
+            tresca: Some(LargestStress { below: None, ..largest }),
+            searched: Some([98.0, 99.0]),
+            planes: vec![PlanePeaks { depth: 100.0, von_mises: peak, tresca: peak }],
+            points: vec![PointStress { place: [101.0; 3], stress: Stress::default() }],
+            residual: Some(102.0),
         }
     }
 

@@ -302,7 +302,9 @@ fn of_loading(loading: &Loading, key: Key) -> Option<Setting> {
         Key::Twist(index) => step(index, |step| step.twist),
         Key::MomentZ(index) => step(index, |step| step.moment_z),
         Key::Increments(index) => {
-            Some(Setting::Count(loading.steps.get(index as usize)?.increments))
+            let step = loading.steps.get(index as usize)?;
+            let is_divided_by_elements = step.rolling.is_some_and(|roll| roll.distance.is_some());
+            (!is_divided_by_elements).then_some(Setting::Count(step.increments))
         }
         Key::CreepageX(index)
         | Key::CreepageY(index)
@@ -331,7 +333,10 @@ fn of_rolling(step: &Step, key: Key) -> Option<Setting> {
             RollingDirection::Backward => "backward",
         }),
         Key::Distance(_) if is_steady => None,
-        Key::Distance(_) => number(distance_of(rolling.dq?, step.increments)),
+        Key::Distance(_) => match (rolling.distance, rolling.dq) {
+            (Some(distance), _) => number(distance),
+            (None, dq) => number(distance_of(dq?, step.increments)),
+        },
         Key::Dq(_) => number(rolling.dq?),
         Key::Steady(_) => Some(Setting::Flag(is_steady)),
         _ => None,

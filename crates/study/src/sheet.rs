@@ -66,7 +66,7 @@ impl From<&Setting> for Value {
             Setting::Count(n) | Setting::Mesh(Mesh::Across(n)) => Value::Integer(u64::from(*n)),
             Setting::Mesh(Mesh::Exact([x, y])) => Value::Text(format!("{x}x{y}")),
             Setting::Word(word) => Value::Text(word.clone()),
-            Setting::Flag(yes) => Value::Text(yes.to_string()),
+            Setting::Flag(yes) => Value::Flag(*yes),
             Setting::Lengths(_) | Setting::Places(_) => Value::Text(setting.to_string()),
             Setting::Effects(effects) if effects.is_empty() => Value::Missing,
             Setting::Effects(effects) => Value::Text(

@@ -173,6 +173,13 @@ const UNITS: &[Unit] = &[
     ten("um^3/(N mm)", Dimension::PerPressure, -15),
     ten("m^3/J", Dimension::PerPressure, 0),
     ten("mm^3/J", Dimension::PerPressure, -9),
+    ten("J", Dimension::Energy, 0),
+    ten("mJ", Dimension::Energy, -3),
+    ten("kJ", Dimension::Energy, 3),
+    ten("s", Dimension::Time, 0),
+    ten("ms", Dimension::Time, -3),
+    decimal("min", Dimension::Time, 60, 0),
+    decimal("h", Dimension::Time, 3600, 0),
     ten("m/s", Dimension::Velocity, 0),
     ten("cm/s", Dimension::Velocity, -2),
     ten("mm/s", Dimension::Velocity, -3),
@@ -509,6 +516,9 @@ mod tests {
             ("3 mm/s", Dimension::Velocity, 0.003),
             ("30 rpm", Dimension::AngularVelocity, std::f64::consts::PI),
             ("4.5 1/s", Dimension::AngularVelocity, 4.5),
+            ("1.5 h", Dimension::Time, 5400.0),
+            ("0.1 min", Dimension::Time, 6.0),
+            ("2 kJ", Dimension::Energy, 2000.0),
         ] {
             assert_eq!(quantity(text, dimension), Ok(value), "{text}");
         }

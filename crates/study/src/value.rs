@@ -11,6 +11,8 @@ pub enum Value {
     Number(f64),
     /// A whole number.
     Integer(u64),
+    /// True or false.
+    Flag(bool),
     /// A text.
     Text(String),
     /// Nothing: the job has no such key, or it left no such figure.
@@ -24,17 +26,19 @@ pub enum ValueType {
     Number,
     /// Whole numbers.
     Integer,
+    /// True or false.
+    Flag,
     /// Texts.
     Text,
 }
 
 impl Value {
-    /// Returns the number, whole or not; `None` for texts and missing values.
+    /// Returns the number, whole or not; `None` for others.
     pub fn as_f64(&self) -> Option<f64> {
         match self {
             Value::Number(x) => Some(*x),
             Value::Integer(n) => Some(*n as f64),
-            Value::Text(_) | Value::Missing => None,
+            Value::Flag(_) | Value::Text(_) | Value::Missing => None,
         }
     }
 }
@@ -45,6 +49,7 @@ impl fmt::Display for Value {
         match self {
             Value::Number(x) => write!(f, "{}", Compact(*x)),
             Value::Integer(n) => write!(f, "{n}"),
+            Value::Flag(yes) => write!(f, "{yes}"),
             Value::Text(text) => f.write_str(text),
             Value::Missing => Ok(()),
         }

@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use answers::{forecast, increments_of};
+use answers::forecast;
 use anyhow::{Result, bail};
 use contact::Forecast;
 use identity::JobKey;
@@ -26,7 +26,6 @@ const LOOKED_AT: usize = 256;
 struct PlannedPoint {
     key: JobKey,
     forecast: Forecast,
-    increments: u64,
 }
 
 /// A step of the axes with the point that it makes.
@@ -83,7 +82,7 @@ pub(super) fn tally(study: &Study, reader: Option<&StoreReader>) -> Result<PlanT
         };
         tally.jobs += distinct.len();
         for (point, _) in distinct.iter().zip(is_cached).filter(|(_, cached)| !cached) {
-            tally.add(&point.forecast, point.increments);
+            tally.add(&point.forecast);
         }
     }
     tally.remarks = study.idle_conditions(tally.excluded, &holding)?;
@@ -98,7 +97,7 @@ fn planned(study: &Study, index: usize) -> Result<PlannedStep> {
     }
     let job = study.job_at(index)?;
     let forecast = forecast(&job, study.surfaces()).map_err(|error| study.refuse(index, &error))?;
-    let point = PlannedPoint { key: job.key(), forecast, increments: increments_of(&job) };
+    let point = PlannedPoint { key: job.key(), forecast };
     Ok(PlannedStep { point: Some(point), holding })
 }
 

@@ -37,9 +37,9 @@ pub(super) struct MeshShare {
 
 impl PlanTally {
     /// Adds a job that is left to run.
-    pub(super) fn add(&mut self, forecast: &Forecast, increments: u64) {
+    pub(super) fn add(&mut self, forecast: &Forecast) {
         self.to_run += 1;
-        self.increments += increments;
+        self.increments += forecast.increments;
         self.seconds += forecast.seconds;
         self.longest = self.longest.max(forecast.seconds);
         self.largest = self.largest.max(forecast.memory);

@@ -69,6 +69,7 @@ impl<'r> JobRows<'r> {
             let text = match cell {
                 Cell::Number(x) => report::quantity_words(*x, column.unit()),
                 Cell::Integer(i) => i.to_string(),
+                Cell::Flag(yes) => yes.to_string(),
                 Cell::Text(text) => text.clone(),
                 Cell::Missing => return None,
             };

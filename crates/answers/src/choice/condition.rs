@@ -2,7 +2,7 @@
 
 use report::{Cell, DataTable};
 use study::adaptive::OF_ONE_JOB;
-use study::{Adaptive, Column, Study, StudyPoint};
+use study::{Adaptive, Column, Study, StudyPoint, ValueType};
 
 use crate::error::AnswerError;
 use crate::rows::{cell, heads};
@@ -50,6 +50,7 @@ fn samples(study: &Study) -> Vec<usize> {
 fn placeholder(columns: &[Column], point: &StudyPoint) -> Result<DataTable, AnswerError> {
     let cells = columns.iter().map(|column| match cell(column.value(point, None)) {
         Cell::Missing if column.is_numeric() => Cell::Number(f64::NAN),
+        Cell::Missing if column.values() == ValueType::Flag => Cell::Flag(false),
         Cell::Missing => Cell::Text(String::new()),
         known => known,
     });

@@ -77,8 +77,9 @@ impl Errors {
         leg: &Leg,
     ) -> Option<Self> {
         let mut computed = Figures::of(end);
-        if leg.rolling.is_some_and(|rolling| rolling.dq.is_none()) {
-            let share = reference.observables.element_x / end.observables.element_x;
+        if let Some(rolling) = leg.rolling {
+            let travelled = |end: &StepOutcome| rolling.travelled(end.observables.element_x);
+            let share = travelled(reference) / travelled(end);
             Dof::TANGENTIAL.iter().for_each(|dof| computed.motion[*dof] *= share);
         }
         let strong = significant([

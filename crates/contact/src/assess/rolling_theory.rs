@@ -1,7 +1,7 @@
 //! The forces that theories of rolling foretell for an increment, beside those that were computed.
 
 use crate::foundation::surface_compliance;
-use crate::model::{Hertz, Material, RollingDirection, Scene, Shape, StepOutcome};
+use crate::model::{Hertz, Material, Rolled, RollingDirection, Scene, Shape, StepOutcome};
 use crate::theory::{CreepForces, LinearCreep, hertz_curvatures, hertz_ellipse, saturated};
 
 /// The forces of steady rolling by theories of a Hertzian contact in which pressure and traction do
@@ -38,12 +38,10 @@ impl RollingTheory {
         let [modulus, poisson] = combined(scene)?;
         let backward = rolling.direction == RollingDirection::Backward;
         let theory = LinearCreep::new(semi_axes, modulus, poisson, backward)?;
-        // The motion of the punch over the distance is against that of the foundation, and the
-        // shift along y is that of the origin, which is the middle of the contact.
-        let distance = rolling.dq.unwrap_or(end.observables.element_x);
-        let [x, y, spin] = [end.motion.shift_x, end.motion.shift_y, end.motion.twist]
-            .map(|motion| 0.0 - motion / distance);
-        let linear = theory.forces([x, y], spin);
+        // The origin is the middle of the contact.
+        let Rolled { creepage_x, creepage_y_at_origin, spin, .. } =
+            rolling.rolled(&end.motion, end.observables.element_x);
+        let linear = theory.forces([creepage_x, creepage_y_at_origin], spin);
         let shen_hedrick_elkins = saturated([linear.force_x, linear.force_y], limit);
         let vermeulen_johnson = (spin == 0.0).then_some(shen_hedrick_elkins);
         Some(Self { linear, vermeulen_johnson, shen_hedrick_elkins })

@@ -251,11 +251,55 @@ impl Loading {
 
 impl Loading {
     /// Returns the number of increments of the path; cycles count as often as they are run through.
+    /// A step whose distance the elements divide counts for one until it is bound to a grid.
     pub fn increments(&self) -> u64 {
         let count =
             |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
         let (lead, cycle) = self.steps.split_at(self.cycle_start());
         count(lead).saturating_add(count(cycle).saturating_mul(u64::from(self.cycles)))
+    }
+
+    /// Returns whether the length of the elements decides on the number of increments.
+    pub fn is_divided_by_elements(&self) -> bool {
+        self.steps.iter().filter_map(|step| step.rolling).any(|rolling| rolling.distance.is_some())
+    }
+
+    /// Returns the path on elements of this length along x \[m\], with as many increments as they
+    /// make of its distances.
+    ///
+    /// # Errors
+    /// A [`SceneError`] says that there are too many of them.
+    pub(crate) fn divided(&self, element: f64) -> Result<Self, SceneError> {
+        let mut loading = self.clone();
+        let refused = |index: usize, count: f64| {
+            let expected = format!(
+                "must leave at most {} increments on the path: elements of {element:.3e} m divide \
+                 it into {count:.3e}; give `dq` or `increments`",
+                Self::MAX_INCREMENTS
+            );
+            let key = format!("loading.steps[{index}].distance");
+            let value = self.steps[index].rolling.and_then(|rolling| rolling.distance);
+            refuse(&key, value.unwrap_or_default(), &expected)
+        };
+        let mut last = None;
+        for (index, step) in loading.steps.iter_mut().enumerate() {
+            let Some(rolling) = &mut step.rolling else { continue };
+            let Some(parts) = rolling.parts(element) else { continue };
+            if parts > f64::from(Self::MAX_INCREMENTS) {
+                return Err(refused(index, parts));
+            }
+            step.increments = parts as u32;
+            rolling.dq = Some(rolling.travelled(element));
+            rolling.distance = None;
+            last = Some(index);
+        }
+        let total = loading.increments();
+        match last {
+            Some(index) if total > u64::from(Self::MAX_INCREMENTS) => {
+                Err(refused(index, f64::from(loading.steps[index].increments)))
+            }
+            _ => Ok(loading),
+        }
     }
 
     /// Returns the index of the step with which the cycle begins; without a cycle it is the number
@@ -284,8 +328,11 @@ impl Loading {
     }
 
     /// Returns a path with the same legs that omits the controls that repeat the step before, and
-    /// has 0 in place of −0.
-    pub fn normalised(&self) -> Self {
+    /// has 0 in place of −0. Creepages of 0 that no force would govern are omitted as well, unless
+    /// the motion of a wheelset imposes others (`is_imposed`).
+    pub fn normalised(&self, is_imposed: bool) -> Self {
+        let is_pulled = Dof::TANGENTIAL
+            .map(|dof| self.steps.iter().any(|step| matches!(step.given()[dof], [None, Some(_)])));
         let mut before = PerDof::all(Control::Motion(0.0));
         let mut loading = self.clone();
         for (index, step) in loading.steps.iter_mut().enumerate() {
@@ -304,7 +351,14 @@ impl Loading {
                     }
                 }
             }
-            step.rolling = step.rolling.map(|rolling| rolling.normalised());
+            let zero_unless_given = std::array::from_fn(|tangential| {
+                let is_governed = match before[Dof::TANGENTIAL[tangential]] {
+                    Control::Force(_) => true,
+                    Control::Motion(_) => is_pulled[tangential] && !is_once,
+                };
+                !is_imposed && !is_governed
+            });
+            step.rolling = step.rolling.map(|rolling| rolling.normalised(zero_unless_given));
             before = step.left(after);
         }
         loading
@@ -457,6 +511,7 @@ mod tests {
             spin_center: 0.01,
             direction: RollingDirection::Forward,
             dq: Some(0.2),
+            distance: None,
             history: RollingHistory::Transient,
             imposed: ImposedCreepages::default(),
         };
@@ -509,7 +564,7 @@ mod tests {
             Step { approach: Some(1.0), shift_y: Some(-0.0), ..Step::default() },
             Step { approach: Some(1.0), shift_y: Some(0.0), force_x: Some(2.0), ..Step::default() },
         ]);
-        assert_eq!(wordy.normalised(), short);
+        assert_eq!(wordy.normalised(false), short);
         assert_eq!(short.legs(), wordy.legs());
         let cycle = Loading {
             steps: vec![
@@ -520,8 +575,12 @@ mod tests {
             cycle_from: Some(1),
             cycles: 2,
         };
-        assert_eq!(cycle.normalised(), cycle, "a step of a cycle comes after its last as well");
-        assert_eq!(cycle.normalised().legs(), cycle.legs());
+        assert_eq!(
+            cycle.normalised(false),
+            cycle,
+            "a step of a cycle comes after its last as well"
+        );
+        assert_eq!(cycle.normalised(false).legs(), cycle.legs());
     }
 
     #[test]

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::further::{Further, FurtherFields};
 use super::rigid::{Motion, PerDof};
+use super::rolling::RollingDirection;
 
 /// The end of a solve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -127,6 +128,20 @@ pub struct RailContact {
     pub wheelset_height: f64,
 }
 
+impl Hertz {
+    /// Returns the contact of the same bodies under so many times the load.
+    pub fn under(&self, share: f64) -> Self {
+        let length = share.cbrt();
+        Self {
+            semi_axis_a: self.semi_axis_a * length,
+            semi_axis_b: self.semi_axis_b * length,
+            area: self.area * length * length,
+            peak_pressure: self.peak_pressure * length,
+            approach: self.approach * length * length,
+        }
+    }
+}
+
 impl RailContact {
     /// Returns the force on the rail \[N\] in the axes of the track: the normal force and the
     /// tangential ones of `observables`, turned by the contact angle.
@@ -164,7 +179,8 @@ pub enum Route {
     /// Newton's method, with the motions that forces govern among its unknowns.
     #[default]
     Newton,
-    /// Newton's method for prescribed motions within one for the forces.
+    /// Newton's method for prescribed motions within one for the forces, or from solutions with more
+    /// friction.
     NewtonWithinForces,
     /// Newton's method within one for the forces, with Seidel sweeps where it does not converge.
     NewtonAndSeidel,
@@ -346,6 +362,20 @@ pub struct Fields {
 }
 
 impl Fields {
+    /// Returns the x of the edge of the contact that leads in a direction of rolling \[m\]: the outer
+    /// side of the foremost element in contact; `None` without contact.
+    pub fn leading_edge(&self, direction: RollingDirection) -> Option<f64> {
+        let nx = self.shape[0] as usize;
+        let touches = |state: &u8| [State::Stick as u8, State::Slip as u8].contains(state);
+        let columns = self.state.iter().enumerate().filter(|(_, state)| touches(state));
+        let columns = columns.map(|(index, _)| index % nx);
+        let (foremost, side) = match direction {
+            RollingDirection::Forward => (columns.max()?, 0.5),
+            RollingDirection::Backward => (columns.min()?, -0.5),
+        };
+        Some(self.origin[0] + (foremost as f64 + side) * self.element[0])
+    }
+
     /// Returns the largest difference of two solutions' tractions over this one's largest pressure
     /// \[1\], or `None` if there is no pressure or they are not on the same number of elements.
     pub fn difference(&self, other: &Self) -> Option<f64> {

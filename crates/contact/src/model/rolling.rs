@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, is_zero, positive, refuse};
-use super::rigid::Dof;
+use super::rigid::{Dof, Motion};
 
 /// The rolling of a step. In each increment the contact travels along x over both surfaces, and the
 /// punch moves sideways by the creepages times the distance travelled. The tractions of the
@@ -39,6 +39,10 @@ pub struct Rolling {
     /// one element.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dq: Option<f64>,
+    /// The distance of the whole step \[m\], in place of `dq`: the step is then taken in the least
+    /// number of equal increments that are no longer than an element.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distance: Option<f64>,
     /// The history that the material has which enters the contact.
     pub history: RollingHistory,
     /// The creepages that hold where none is given and no force governs. A scene does not say them:
@@ -98,6 +102,26 @@ impl RollingDirection {
     }
 }
 
+/// The distance and the creepages of an increment that has rolled: the given ones, and those of the
+/// motion that a force or a wheelset has made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rolled {
+    /// The distance \[m\].
+    pub distance: f64,
+    /// The longitudinal creepage ξ \[1\].
+    pub creepage_x: f64,
+    /// The lateral creepage η where the spin has its centre \[1\].
+    pub creepage_y: f64,
+    /// The lateral creepage at the origin \[1\].
+    pub creepage_y_at_origin: f64,
+    /// The spin φ \[rad/m\].
+    pub spin: f64,
+}
+
+/// The part of an increment that a distance may lack or have in excess and still be a whole number
+/// of them.
+const ROUNDING: f64 = 1e-12;
+
 impl Rolling {
     /// The names of the creepages and the spin, in the order of [`Dof::TANGENTIAL`].
     pub(super) const NAMES: [&str; 3] = ["creepage_x", "creepage_y", "spin"];
@@ -136,16 +160,53 @@ impl Rolling {
         }
     }
 
-    /// Returns the same rolling with 0 in place of −0.
-    pub(super) fn normalised(&self) -> Self {
-        let positive = |value: Option<f64>| value.map(|value| value + 0.0);
-        Self {
-            creepage_x: positive(self.creepage_x),
-            creepage_y: positive(self.creepage_y),
-            spin: positive(self.spin),
-            spin_center: self.spin_center + 0.0,
-            ..*self
+    /// Returns the number of equal increments in which the step is taken on elements of this length
+    /// along x \[m\]; `None` if the grid has no say in it.
+    pub fn parts(&self, element: f64) -> Option<f64> {
+        self.distance.map(|distance| Self::parts_of(distance, element))
+    }
+
+    /// Returns the least number of equal parts of a distance that are no longer than `longest`.
+    /// Quotients of decimal numbers are rounded: a distance may lack or have in excess the last
+    /// digits of a part.
+    pub fn parts_of(distance: f64, longest: f64) -> f64 {
+        (distance / longest * (1.0 - ROUNDING)).ceil().max(1.0)
+    }
+
+    /// Returns the distance that an increment travels on elements of this length along x \[m\].
+    pub fn travelled(&self, element: f64) -> f64 {
+        match (self.dq, self.distance, self.parts(element)) {
+            (Some(dq), ..) => dq,
+            (None, Some(distance), Some(parts)) => distance / parts,
+            _ => element,
         }
+    }
+
+    /// Returns what an increment has rolled that has left the punch at `motion`, on elements of
+    /// this length along x \[m\].
+    pub fn rolled(&self, motion: &Motion, element: f64) -> Rolled {
+        let distance = self.travelled(element);
+        // The motion of the punch over the distance is against that of the foundation.
+        let rate = |motion: f64| 0.0 - motion / distance;
+        let spin = self.spin.unwrap_or_else(|| rate(motion.twist));
+        let turned = spin * self.spin_center;
+        let (creepage_y, creepage_y_at_origin) = match self.creepage_y {
+            Some(creepage_y) => (creepage_y, creepage_y - turned),
+            None => (turned + rate(motion.shift_y), rate(motion.shift_y)),
+        };
+        let creepage_x = self.creepage_x.unwrap_or_else(|| rate(motion.shift_x));
+        Rolled { distance, creepage_x, creepage_y, creepage_y_at_origin, spin }
+    }
+
+    /// Returns the same rolling with 0 in place of −0, and without the creepages and the spin of 0 of
+    /// those degrees of freedom, in the order of [`Dof::TANGENTIAL`], that are 0 unless given.
+    pub(super) fn normalised(&self, zero_unless_given: [bool; 3]) -> Self {
+        let [creepage_x, creepage_y, spin] = std::array::from_fn(|index| {
+            let given = self.given()[index].map(|value| value + 0.0);
+            given.filter(|value| *value != 0.0 || !zero_unless_given[index])
+        });
+        let spin_center = if self.spin == Some(0.0) { 0.0 } else { self.spin_center + 0.0 };
+        Self { creepage_x, creepage_y, spin, spin_center, ..*self }
     }
 
     /// Refuses what cannot roll, for the step of this key with these `given` motions and forces in
@@ -166,6 +227,20 @@ impl Rolling {
         finite(&key("spin_center"), self.spin_center)?;
         if let Some(dq) = self.dq {
             positive(&key("dq"), dq)?;
+        }
+        if let Some(distance) = self.distance {
+            positive(&key("distance"), distance)?;
+            let expected = match (self.dq, self.history) {
+                (Some(_), _) => Some("cannot stand beside `dq`"),
+                (None, RollingHistory::Steady) => Some("cannot stand in steady rolling"),
+                (None, RollingHistory::Transient) if increments > 1 => {
+                    Some("cannot stand beside `increments`")
+                }
+                _ => None,
+            };
+            if let Some(expected) = expected {
+                return Err(refuse(&key("distance"), distance, expected));
+            }
         }
         for (index, ([motion, force], [motion_name, force_name])) in
             given.into_iter().zip(names).enumerate()

@@ -374,6 +374,7 @@ impl Scene {
             finite("domain.center_y", domain.center_y)?;
         }
         self.loading.validate()?;
+        validate_rolling(&self.punch.shape, &self.loading)?;
         if let Some(wear) = &self.wear {
             wear.validate(self.friction.mu, &self.loading)?;
         }
@@ -432,10 +433,34 @@ impl Side {
     }
 }
 
+/// Refuses a punch that cannot roll where the path `loading` does. The gap stays as it is in the
+/// frame that moves along, and an edge or a tip of the punch is one of its material, which passes.
+fn validate_rolling(shape: &Shape, loading: &Loading) -> Result<(), SceneError> {
+    let (name, end) = match shape {
+        Shape::FlatRectangle { .. } => ("flat-rectangle", "edge"),
+        Shape::FlatDisk { .. } => ("flat-disk", "edge"),
+        Shape::Cone { .. } => ("cone", "tip"),
+        Shape::Sphere { .. }
+        | Shape::Ellipsoid { .. }
+        | Shape::HeightMap { .. }
+        | Shape::WheelOnRail(_) => return Ok(()),
+    };
+    let Some(index) = loading.steps.iter().position(|step| step.rolling.is_some()) else {
+        return Ok(());
+    };
+    let expected = format!(
+        "cannot roll, as loading.steps[{index}] says: its {end} would stay in the contact while \
+         its material passes through; let a sphere, an ellipsoid, a wheel on its rail or a height \
+         map roll, or shift this punch with `shift_x`"
+    );
+    Err(refuse("punch.shape", name, &expected))
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
     use crate::model::loading::Step;
+    use crate::model::rolling::{ImposedCreepages, Rolling, RollingDirection, RollingHistory};
 
     /// Makes a scene: a rigid sphere with a radius of 10 mm is pressed 1 µm into a half-space of
     /// steel; μ = 0.3.
@@ -495,5 +520,39 @@ pub(crate) mod tests {
         assert_eq!(refused(&|s| s.loading.steps[0].increments = 1001), "loading.steps");
         assert_eq!(refused(&|s| s.loading.cycles = 2), "loading.cycles");
         assert_eq!(refused(&|s| s.loading.cycle_from = Some(1)), "loading.cycle_from");
+    }
+
+    /// What has an edge or a tip can be pressed and shifted, and cannot roll, now or later.
+    #[test]
+    fn punches_with_an_edge_or_a_tip_do_not_roll() {
+        let rolling = |history| Rolling {
+            creepage_x: Some(1e-3),
+            creepage_y: None,
+            spin: None,
+            spin_center: 0.0,
+            direction: RollingDirection::Forward,
+            dq: None,
+            distance: None,
+            history,
+            imposed: ImposedCreepages::default(),
+        };
+        for history in [RollingHistory::Steady, RollingHistory::Transient] {
+            for (shape, name) in [
+                (Shape::FlatRectangle { width_x: 1e-3, width_y: 1e-3 }, "flat-rectangle"),
+                (Shape::FlatDisk { radius: 1e-3 }, "flat-disk"),
+                (Shape::Cone { angle: 0.1 }, "cone"),
+            ] {
+                let mut scene = sphere_on_half_space();
+                let rolls = Step { rolling: Some(rolling(history)), ..Step::default() };
+                scene.loading.steps.push(rolls);
+                assert_eq!(scene.validate(), Ok(()));
+                scene.punch.shape = shape;
+                let error = scene.validate().unwrap_err();
+                assert_eq!((&*error.key, &*error.value), ("punch.shape", name));
+                assert!(error.expected.contains("cannot roll, as loading.steps[1]"), "{error}");
+                scene.loading.steps[1].rolling = None;
+                assert_eq!(scene.validate(), Ok(()));
+            }
+        }
     }
 }

@@ -68,19 +68,28 @@ impl WheelsetMotion {
                 }
             }
         }
-        let governs = |leg: &Leg| {
-            leg.rolling.is_some() && matches!(leg.target[Dof::ShiftX], Control::Force(_))
-        };
-        if let (Some(value), Some(leg)) =
-            (self.angular_speed, loading.legs().iter().find(|leg| governs(leg)))
-        {
-            let [_, force] = Step::NAMES[Dof::ShiftX];
-            let expected = format!(
-                "cannot be given where `{force}` governs the creepage along the rail, as in \
-                 loading.steps[{}]: leave out one of the two",
-                leg.step
-            );
-            return Err(refuse("punch.angular_speed", value, &expected));
+        // The velocities that say nothing but what a force governs, and the spin, which a wheel has
+        // from its wheelset alone.
+        let moves = |velocity: f64| (velocity != 0.0).then_some(velocity);
+        let (along, across) = ("the creepage along the rail", "the creepage across the rail");
+        let legs = loading.legs();
+        for (key, value, dof, governed) in [
+            ("punch.angular_speed", self.angular_speed, Dof::ShiftX, along),
+            ("punch.lateral_velocity", moves(self.lateral_velocity), Dof::ShiftY, across),
+            ("punch.roll_rate", moves(self.roll_rate), Dof::ShiftY, across),
+            ("punch.speed", Some(self.speed), Dof::Twist, "the spin"),
+        ] {
+            let governs =
+                |leg: &&Leg| leg.rolling.is_some() && matches!(leg.target[dof], Control::Force(_));
+            if let (Some(value), Some(leg)) = (value, legs.iter().find(governs)) {
+                let [_, force] = Step::NAMES[dof];
+                let expected = format!(
+                    "cannot be given where `{force}` governs {governed}, as in \
+                     loading.steps[{}]: leave out one of the two",
+                    leg.step
+                );
+                return Err(refuse(key, value, &expected));
+            }
         }
         Ok(())
     }

@@ -119,7 +119,7 @@ impl<'a> Seeker<'a> {
             max_iterations: self.numerics.max_iterations,
             cancellation: None,
         };
-        let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: PerDof::all(0.0) };
+        let mut start = Start::new(vec![0.0; self.problem.f.len()], PerDof::all(0.0));
         let legs = scene.loading.legs();
         for (number, leg) in legs.iter().enumerate() {
             let leg_departure = self.departure;
@@ -159,7 +159,7 @@ impl<'a> Seeker<'a> {
                     ));
                 }
                 self.problem.remember(&left, &iterate.motion);
-                start = Start { p: iterate.p, motion: iterate.motion };
+                start = Start::new(iterate.p, iterate.motion);
             }
         }
         Err("the path has no increment".to_owned())
@@ -185,10 +185,10 @@ impl<'a> Seeker<'a> {
         self.problem.place(&motion);
 
         let nothing = vec![0.0; self.problem.f.len()];
-        self.both(Origin::Before, &Start { p: before.p.clone(), motion });
-        self.both(Origin::Nothing, &Start { p: nothing.clone(), motion });
+        self.both(Origin::Before, &Start::new(before.p.clone(), motion));
+        self.both(Origin::Nothing, &Start::new(nothing.clone(), motion));
         let p = start::hertz(&self.problem);
-        self.both(Origin::Hertz, &Start { p, motion });
+        self.both(Origin::Hertz, &Start::new(p, motion));
         self.pattern(Origin::Stick, &vec![ElementState::Stick; self.problem.grid.len()], motion);
         for eighth in 0..8 {
             let (y, x) = (f64::from(eighth) * std::f64::consts::FRAC_PI_4).sin_cos();
@@ -198,8 +198,8 @@ impl<'a> Seeker<'a> {
                 motion,
             );
         }
-        self.along(Origin::FrictionFromAbove, &FROM_ABOVE, Start { p: nothing.clone(), motion });
-        self.along(Origin::FrictionFromBelow, &FROM_BELOW, Start { p: nothing, motion });
+        self.along(Origin::FrictionFromAbove, &FROM_ABOVE, Start::new(nothing.clone(), motion));
+        self.along(Origin::FrictionFromBelow, &FROM_BELOW, Start::new(nothing, motion));
         let mut known = self.spread(0, search, motion);
         for number in 0..search.starts.saturating_mul(PATIENCE) {
             if number >= search.starts && self.index_sum().is_none_or(|sum| sum == 1) {
@@ -208,7 +208,7 @@ impl<'a> Seeker<'a> {
             let mut generator = generator(search.seed, u64::from(number));
             if number % 3 == 0 {
                 let p = start::tractions(&self.problem, &mut generator);
-                self.both(Origin::Tractions(number), &Start { p, motion });
+                self.both(Origin::Tractions(number), &Start::new(p, motion));
             } else {
                 let pattern = start::pattern(&self.problem.grid, number % 3 == 1, &mut generator);
                 self.pattern(Origin::Pattern(number), &pattern, motion);
@@ -224,11 +224,11 @@ impl<'a> Seeker<'a> {
             let number = known as u32;
             let mut generator = generator(search.seed ^ 0x5eed, u64::from(number));
             for p in start::images(&self.problem.grid, &solution.p) {
-                self.both(Origin::Image(number), &Start { p, ..solution });
+                self.both(Origin::Image(number), &Start::new(p, solution.motion));
             }
             for size in [0.1, 0.5, 1.0] {
                 let p = start::disturbed(&self.problem, &solution.p, size, &mut generator);
-                self.both(Origin::Disturbed(number), &Start { p, ..solution });
+                self.both(Origin::Disturbed(number), &Start::new(p, solution.motion));
             }
             let there_and_back = |factors: &[f64; 9]| {
                 factors.iter().rev().chain(&factors[1..]).copied().collect::<Vec<_>>()
@@ -255,7 +255,7 @@ impl<'a> Seeker<'a> {
                 let (map, known) = (self.map(), &self.found[..=known]);
                 let (p, factored) = map.deflated(&p, known.iter().map(|solution| &solution.p[..]));
                 self.result.factorisations += factored;
-                self.one(Origin::Deflated(number), Method::Newton, &Start { p, motion });
+                self.one(Origin::Deflated(number), Method::Newton, &Start::new(p, motion));
             }
             for (other, earlier) in self.earlier(known) {
                 for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
@@ -266,7 +266,7 @@ impl<'a> Seeker<'a> {
                     self.one(
                         Origin::Between([other as u32, number]),
                         Method::Newton,
-                        &Start { p, motion },
+                        &Start::new(p, motion),
                     );
                 }
             }
@@ -317,7 +317,7 @@ impl<'a> Seeker<'a> {
         self.problem.place(&motion);
         let p = self.map().equilibrium(pattern);
         self.result.factorisations += 1;
-        self.both(origin, &Start { p, motion });
+        self.both(origin, &Start::new(p, motion));
     }
 
     /// Starts one method.
@@ -369,7 +369,7 @@ impl<'a> Seeker<'a> {
                 self.count(&iterate);
             }
             if iterate.stop == Stop::Converged {
-                start = Start { p: iterate.p, motion: iterate.motion };
+                start = Start::new(iterate.p, iterate.motion);
             }
         }
         self.problem.mu = mu;
@@ -396,7 +396,7 @@ impl<'a> Seeker<'a> {
             return;
         }
         let rule = StopRule { tolerance: POLISHED, max_iterations: NEWTON_STEPS, ..self.rule() };
-        let start = Start { p: iterate.p, motion: iterate.motion };
+        let start = Start::new(iterate.p, iterate.motion);
         let conditions = Conditions { controls: &self.controls, start: &start, rule: &rule };
         let polished = newton::solve(&mut self.problem, &self.operator, &conditions);
         self.count(&polished);
@@ -436,7 +436,7 @@ impl<'a> Seeker<'a> {
         }
         let adds_up = self.controls.iter().all(|control| matches!(control, Control::Motion(_)))
             && self.problem.projection == Projection::Average;
-        self.found.push(Start { p: polished.p, motion: polished.motion });
+        self.found.push(Start::new(polished.p, polished.motion));
         self.result.solutions.push(Solution {
             motion: outcome.motion,
             observables: outcome.observables,

@@ -15,8 +15,8 @@ use crate::model::{
     Outcome, PerDof, RailContact, RollingDirection, Scene, SceneError, Status, StepOutcome,
     WorkDone, Worn,
 };
-use crate::problem::{Effects, Operator, Operators, Problem, Stage};
-use crate::punch::{Gap, PlacedWheel, Surfaces, with_creepages};
+use crate::problem::{Effects, Operator, Operators, Problem, Stage, on_grid};
+use crate::punch::{Gap, PlacedWheel, Surfaces};
 use crate::solver::{self, Conditions, Start, StopRule};
 use crate::theory::hertz_ellipse;
 
@@ -71,7 +71,7 @@ fn follow(
 ) -> Result<(Outcome, Fields), SceneError> {
     scene.validate()?;
     numerics.validate()?;
-    let scene = &*with_creepages(scene, surfaces)?;
+    let scene = &*on_grid(scene, numerics, surfaces)?;
     let gap = Gap::new(scene, surfaces)?;
     let problem = Problem::under(scene, numerics, &gap)?;
     problem.check_distances(scene)?;
@@ -132,7 +132,8 @@ fn follow(
             status = Status::Failed { reason: "given up".to_owned() };
         }
     }
-    let further = Further { wear: path.wear(), interior };
+    let (wear, leading_edges) = (path.wear(), path.leading_edges);
+    let further = Further { wear, interior, leading_edges };
     let outcome = Outcome { status, levels, steps: path.steps, hertz, rail, estimate, further };
     Ok((outcome, path.fields))
 }
@@ -237,6 +238,8 @@ struct Path {
     steps: Vec<StepOutcome>,
     /// The fields of the last increment.
     fields: Fields,
+    /// The leading edges of the increments so far, of a scene that rolls.
+    leading_edges: Vec<Option<f64>>,
     /// The wear so far, of a scene that wears.
     wearing: Option<Wearing>,
 }
@@ -262,6 +265,7 @@ impl Path {
             leg_departure,
             steps: Vec::new(),
             fields: Fields::default(),
+            leading_edges: Vec::new(),
             wearing: setup.scene.wear.map(Wearing::new),
         }
     }
@@ -297,7 +301,7 @@ impl Path {
             &setup.stages,
             &Conditions { controls: &controls, start: &self.start, rule },
         );
-        let Increment { mut status, mut outcome, mut fields, left } = certify_increment(
+        let Increment { mut status, mut outcome, mut fields, left, w } = certify_increment(
             &self.problem,
             Certifying { elastic: &self.operator, steady: steady.as_ref() },
             &iterate,
@@ -309,6 +313,10 @@ impl Path {
         self.departure =
             Departure { motion: outcome.motion, resultants: outcome.observables.resultants() };
         self.steps.push(outcome);
+        if setup.increments.iter().any(|increment| increment.leg.rolling.is_some()) {
+            let edge = roll.and_then(|roll| fields.leading_edge(roll.direction));
+            self.leading_edges.push(edge);
+        }
         if let Some(wearing) = &mut self.wearing {
             let motion = roll.map_or(MaterialMotion::Still, Roll::material);
             let diagonal = self.operator.diagonals();
@@ -320,7 +328,10 @@ impl Path {
         }
         self.fields = fields;
         self.reached = iterate.motion;
-        self.start = Start { p: iterate.p, motion: iterate.motion };
+        // Where the contact rolls on, most elements stay in the states that they are in.
+        let next = setup.increments.get(self.steps.len());
+        let w = next.is_some_and(|next| next.leg.rolling.is_some()).then_some(w);
+        self.start = Start { p: iterate.p, motion: iterate.motion, w };
         if roll.is_some() {
             self.count_anew();
         }
@@ -415,7 +426,7 @@ const COARSEST: u32 = 12;
 
 /// Returns a start without tractions and motions.
 fn nothing(problem: &Problem) -> Start {
-    Start { p: vec![0.0; problem.f.len()], motion: PerDof::all(0.0) }
+    Start::new(vec![0.0; problem.f.len()], PerDof::all(0.0))
 }
 
 /// Returns a start for the first increment, found on grids of half as many elements each way, from
@@ -445,7 +456,7 @@ fn coarse_start(
             carry_creepages(setup, fine, &mut motion, here / there);
         }
     }
-    let start = Start { p: coarse.problem.grid.sample(&coarse.start.p, &fine.grid), motion };
+    let start = Start::new(coarse.problem.grid.sample(&coarse.start.p, &fine.grid), motion);
     ladder.push(coarse);
     if usable { start } else { nothing(fine) }
 }

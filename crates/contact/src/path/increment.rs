@@ -29,6 +29,8 @@ pub(crate) struct Increment {
     pub(crate) fields: Fields,
     /// The displacements (εI + A) p, in the problem's units, three blocks [n | x | y].
     pub(crate) left: Vec<f64>,
+    /// The differences w = A p − f, in the problem's units, three blocks [n | x | y].
+    pub(crate) w: Vec<f64>,
 }
 
 /// The operators without mirror planes that certify an increment.
@@ -125,7 +127,7 @@ pub(crate) fn certify_increment(
         let row = |((p, w), f): ((&f64, &f64), &f64)| problem.epsilon * p + w + f;
         p.iter().zip(&w).zip(&problem.f).map(row).collect()
     };
-    Increment { status, outcome, fields, left }
+    Increment { status, outcome, fields, left, w }
 }
 
 /// Says why an iterate is no solution, in words with figures.

@@ -1,8 +1,11 @@
 //! The cut of Ω into elements, and the unit of length that goes with it.
 
+use std::borrow::Cow;
+
 use super::scale::{self, Scale};
 use crate::foundation::{Bodies, surface};
 use crate::model::{Domain, Numerics, Scene, SceneError, Shape};
+use crate::punch::{Surfaces, domain, with_creepages};
 
 /// The cut of Ω into elements.
 pub(crate) struct Layout {
@@ -79,6 +82,25 @@ impl Layout {
         scale::check_units(modulus, bodies, &scale, self.element)?;
         Ok(scale)
     }
+}
+
+/// Returns a scene as it is on its grid: with the creepages that the motion of its wheelset imposes,
+/// and with the increments that the elements make of the distances that it rolls.
+///
+/// # Errors
+/// A [`SceneError`] reports a domain or creepages that cannot be derived, or too many increments.
+pub(crate) fn on_grid<'a>(
+    scene: &'a Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+) -> Result<Cow<'a, Scene>, SceneError> {
+    let mut scene = with_creepages(scene, surfaces)?;
+    if scene.loading.is_divided_by_elements() {
+        let layout = Layout::new(&scene, numerics, &domain(&scene, surfaces)?);
+        let loading = scene.loading.divided(layout.element[0] * layout.half_diameter)?;
+        scene.to_mut().loading = loading;
+    }
+    Ok(scene)
 }
 
 /// The smallest part of an element that a contact goes on in steady rolling. From nearer, the mesh

@@ -128,6 +128,9 @@ struct KeptOperator {
 }
 
 impl Operators {
+    /// The memory of operators that are kept by [`default`](Self::default) \[bytes\].
+    pub(crate) const BUDGET: usize = 512 << 20;
+
     /// Keeps operators of up to `budget` bytes in all. The one in use is kept whatever its size.
     pub(crate) fn new(budget: usize) -> Self {
         Self { kept: Vec::new(), budget, cancellation: Cancellation::default() }
@@ -199,7 +202,7 @@ impl Operators {
 impl Default for Operators {
     /// Keeps up to 512 MiB.
     fn default() -> Self {
-        Self::new(512 << 20)
+        Self::new(Self::BUDGET)
     }
 }
 

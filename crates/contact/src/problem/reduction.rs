@@ -8,13 +8,14 @@
 
 use serde::Serialize;
 
+use super::layout::on_grid;
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
 use crate::model::{
     Control, Dof, Effect, InteriorQuestion, Leg, Numerics, Scene, SceneError, Shape, Wear,
     WheelRail,
 };
-use crate::punch::{Surfaces, domain, with_creepages};
+use crate::punch::{Surfaces, domain};
 
 /// The decision whether an effect is simulated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -73,7 +74,7 @@ impl Effects {
         elements: [usize; 2],
         surfaces: &Surfaces,
     ) -> Result<Self, SceneError> {
-        let scene = &*with_creepages(scene, surfaces)?;
+        let scene = &*on_grid(scene, numerics, surfaces)?;
         let mut effects = Effects(Vec::with_capacity(Effect::ALL.len()));
         for effect in Effect::ALL {
             let Ruling { on, reason } = match effect {
@@ -242,6 +243,9 @@ fn rolling(scene: &Scene, effects: &Effects) -> Ruling {
     Ruling::on(match &scene.punch.shape {
         Shape::WheelOnRail(WheelRail { motion: Some(_), .. }) => {
             format!("{rolls}; the creepages are those of the wheelset's motion")
+        }
+        Shape::HeightMap { .. } => {
+            format!("{rolls}; the height map is an envelope that moves along with the contact")
         }
         _ => rolls,
     })

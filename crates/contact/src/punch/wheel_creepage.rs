@@ -29,7 +29,9 @@ use crate::model::{
 pub struct WheelCreepages {
     /// The creepages and the spin: the motion of the rail relative to the wheel.
     pub creepages: ImposedCreepages,
-    /// The mean speed with which rail and wheel run through the contact, above 0 \[m/s\].
+    /// The mean speed with which rail and wheel run through the contact, above 0 \[m/s\]. Both are
+    /// taken to run at it; where the wheel is locked or turns back, everything slips, and the
+    /// tractions do not depend on it but for the strains beside the creepage.
     pub rolling_speed: f64,
     /// The velocity of the contact along x \[m/s\].
     pub contact_velocity: f64,

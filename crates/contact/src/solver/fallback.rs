@@ -1,8 +1,8 @@
 //! Newton's method, and what is tried where it fails. If it does not converge, an outer iteration
 //! finds the motions that forces govern. If it does not converge with all motions prescribed, it
 //! takes turns with Seidel sweeps, which always bring the iterate nearer. In the end the sweeps run
-//! alone. Where the contact rolls steadily, Newton's method takes turns with a path that leads
-//! there.
+//! alone. Where the contact rolls steadily under forces, it is first solved with more friction, and
+//! Newton's method takes turns with a path that leads to the steady state.
 
 use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
 use super::{load_control, newton, rolling_in, seidel};
@@ -24,6 +24,16 @@ pub(super) fn solve(
 ) -> Iterate {
     let direct = staged(problem, operators, stages, conditions);
     if matches!(direct.stop, Stop::Converged | Stop::OutOfIterations { .. }) {
+        return direct;
+    }
+    let has_force =
+        |dof: &Dof| matches!(conditions.controls[*dof], Control::Force(force) if force != 0.0);
+    let direct = if problem.steady.is_some() && Dof::TANGENTIAL.iter().any(has_force) {
+        adding_work(&direct, losing_friction(problem, operators, stages, conditions))
+    } else {
+        direct
+    };
+    if direct.stop == Stop::Converged {
         return direct;
     }
     let operator = operators.of(problem);
@@ -74,10 +84,9 @@ fn staged(
                 stage_controls[dof] = Control::Motion(total.motion[dof]);
             }
         }
-        let stage_start = Start {
-            p: problem.part(reduced.components, reduced.mirror, &start.p),
-            motion: total.motion,
-        };
+        let part = |field: &Vec<f64>| problem.part(reduced.components, reduced.mirror, field);
+        let stage_start =
+            Start { p: part(&start.p), motion: total.motion, w: start.w.as_ref().map(part) };
         let conditions = Conditions { controls: &stage_controls, start: &stage_start, rule };
         let solved = newton::solve(&mut reduced, &operator, &conditions);
         total.iterations += solved.iterations;
@@ -91,6 +100,55 @@ fn staged(
     }
     problem.place(&total.motion);
     total
+}
+
+/// The least friction to begin with over that of the problem, the factor by which it falls at
+/// first, and the one with which it is given up.
+const FRICTION: [f64; 3] = [2.0, 4.0, 1.01];
+
+/// Solves a `problem` that rolls steadily under tangential forces with more friction, which falls
+/// from solution to solution. A force grows no more once all of the contact slips, so that
+/// creepages that are once too large get larger and larger; with more friction some of it sticks.
+fn losing_friction(
+    problem: &mut Problem,
+    operators: &mut Operators,
+    stages: &[Stage],
+    conditions: &Conditions<'_>,
+) -> Iterate {
+    let Conditions { controls, start, rule } = *conditions;
+    let mu = problem.mu;
+    let [more, mut fall, least] = FRICTION;
+    // With μ = 1 some of a contact sticks, however unlike the bodies are.
+    let mut next = more.max(1.0 / mu);
+    let mut from = Start::new(start.p.clone(), start.motion);
+    from.p[problem.grid.len()..].fill(0.0);
+    Dof::TANGENTIAL.into_iter().for_each(|dof| from.motion[dof] = 0.0);
+    let (mut friction, mut before): (f64, Option<Iterate>) = (f64::INFINITY, None);
+    loop {
+        problem.mu = next * mu;
+        let conditions = Conditions { controls, start: &from, rule };
+        let solved = staged(problem, operators, stages, &conditions);
+        problem.mu = mu;
+        let solved = Iterate { route: Route::NewtonWithinForces, ..solved };
+        let solved = match &before {
+            Some(before) => adding_work(before, solved),
+            None => solved,
+        };
+        if solved.stop == Stop::Converged {
+            if next == 1.0 {
+                return solved;
+            }
+            from = Start::new(solved.p.clone(), solved.motion);
+            friction = next;
+        } else {
+            fall = fall.sqrt();
+            if friction.is_infinite() || fall < least || rule.is_cancelled() {
+                return solved;
+            }
+        }
+        before = Some(solved);
+        next = (friction / fall).max(1.0);
+    }
 }
 
 /// Solves `problem` at prescribed motions: Newton's method and Seidel sweeps take turns, and in the
@@ -120,7 +178,7 @@ fn prescribed(
         if swept.stop == Stop::Converged {
             return Iterate { motion: start.motion, route: Route::NewtonAndSeidel, ..swept };
         }
-        let swept_start = Start { p: swept.p.clone(), motion: start.motion };
+        let swept_start = Start::new(swept.p.clone(), start.motion);
         let conditions = Conditions { controls: &controls, start: &swept_start, rule };
         let tried = newton::solve(problem, operator, &conditions);
         iterate = Iterate { route: Route::NewtonAndSeidel, ..adding_work(&swept, tried) };

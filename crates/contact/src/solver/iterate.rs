@@ -10,6 +10,16 @@ pub(crate) struct Start {
     pub(crate) p: Vec<f64>,
     /// The rigid motion.
     pub(crate) motion: PerDof<f64>,
+    /// The differences w = A p − f of the increment before, in whose states the elements are taken
+    /// to be at first; `None` if p and the new f say in what states they are.
+    pub(crate) w: Option<Vec<f64>>,
+}
+
+impl Start {
+    /// Begins with these tractions at this motion.
+    pub(crate) fn new(p: Vec<f64>, motion: PerDof<f64>) -> Self {
+        Self { p, motion, w: None }
+    }
 }
 
 /// The result of a solver. The certificate says whether it is a solution.

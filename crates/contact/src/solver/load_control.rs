@@ -55,7 +55,7 @@ pub(super) fn solve(
     let mut last: Option<OuterStep> = None;
     for round in 0.. {
         problem.place(&motion);
-        let solved = inner(problem, operator, &Start { p, motion }, rule);
+        let solved = inner(problem, operator, &Start::new(p, motion), rule);
         total.iterations += solved.iterations;
         total.operator_applications += solved.operator_applications;
         p = solved.p;

@@ -36,7 +36,7 @@ pub(super) fn solve(
         }
         let path = PassingPath { still: &still, steady: operator, cancellation: rule.cancellation };
         let applications = path.follow(problem, &mut p, &start.motion);
-        let nearer = Start { p: p.clone(), motion: start.motion };
+        let nearer = Start::new(p.clone(), start.motion);
         let conditions = Conditions { controls: &controls, start: &nearer, rule };
         let tried = newton::solve(problem, operator, &conditions);
         iterate = Iterate {
@@ -78,7 +78,7 @@ impl PassingPath<'_> {
             self.steady.apply(&mut rolled, p, &mut scratch);
             here.iter_mut().zip(&rolled).for_each(|(ahead, rolled)| *ahead -= rolled);
             passing.remember(&here, &PerDof::all(0.0));
-            let start = Start { p: std::mem::take(p), motion: *motion };
+            let start = Start::new(std::mem::take(p), *motion);
             let conditions = Conditions { controls: &controls, start: &start, rule: &rule };
             let solved = newton::solve(&mut passing, self.still, &conditions);
             applications += solved.operator_applications + 2;
@@ -110,6 +110,7 @@ mod tests {
             spin_center: 0.0,
             direction: RollingDirection::Forward,
             dq: None,
+            distance: None,
             history: RollingHistory::Steady,
             imposed: ImposedCreepages::default(),
         };
@@ -128,7 +129,7 @@ mod tests {
         let motion = PerDof::new([approach, -1e-3 * distance, 0.0, 0.0, 0.0, -turn]);
         let steady = Operators::default().of(&problem);
         let rule = StopRule { tolerance: 1e-9, max_iterations: 100, cancellation: None };
-        let nothing = Start { p: vec![0.0; problem.f.len()], motion };
+        let nothing = Start::new(vec![0.0; problem.f.len()], motion);
         let exact = solve(&mut problem, &steady, &nothing, &rule);
         assert_eq!((exact.stop, exact.route), (Stop::Converged, Route::Newton));
         let still = steady.still(problem.mirror);

@@ -31,13 +31,16 @@
 //! what [`super`] says of increments that do not roll.
 //!
 //! In the midpoint projection the integral has d̂* times another function, which need not be
-//! positive. There [`SymmetricPart`] shows it for a given contact, by a factorisation.
+//! positive. Nothing is proved there for every contact, and results in that projection are not
+//! called the only ones: their uniqueness is open. [`SymmetricPart`] can show it for a given
+//! contact, by a factorisation that no solve makes, since it takes longer than the solve.
 
 use faer::Mat;
 use primitives::{cholesky, cholesky_solve};
+use rayon::prelude::*;
 
 use crate::foundation::{Coefficient, relative_bodies};
-use crate::model::{Fields, Projection, Scene};
+use crate::model::{Fields, Projection, Scene, SceneError, refuse};
 
 /// Returns whether it is proved that the tractions of every increment of a scene's path are the
 /// only ones, given those before it.
@@ -60,24 +63,41 @@ pub struct SymmetricPart {
 }
 
 impl SymmetricPart {
+    /// The largest number of elements in contact. That many take some 0.5 GB.
+    pub const MAX_ELEMENTS: usize = 2048;
+
     /// Bounds the eigenvalues for the elements in contact and a rolled distance dq \[m\]. The time
-    /// grows with the cube of their number, and a thousand take 35 MB.
+    /// grows with the cube of their number, and the memory with its square.
     ///
     /// The coefficients are those of the elements, evaluated one by one and not taken from the
     /// operator of a solver. As they are, with their rounding, the bound holds in exact arithmetic:
     /// Cholesky's factor of C is the exact one of a C + E with ‖E‖₂ ≤ 2γ tr C, γ = 4(m + 32)u for a
     /// matrix of size m (see [`super::lower`]), which is taken off. `None` without contact, or if
     /// the symmetric part is not positive definite.
+    ///
+    /// # Errors
+    /// A [`SceneError`] says that more than [`MAX_ELEMENTS`](Self::MAX_ELEMENTS) are in contact.
     pub fn of(
         scene: &Scene,
         projection: Projection,
         fields: &Fields,
         distance: f64,
-    ) -> Option<Self> {
+    ) -> Result<Option<Self>, SceneError> {
         let [nx, ny] = fields.shape.map(|n| n as usize);
         let active: Vec<usize> =
             (0..nx * ny).filter(|element| fields.pressure[*element] > 0.0).collect();
         let elements = active.len();
+        if elements > Self::MAX_ELEMENTS {
+            let most = Self::MAX_ELEMENTS;
+            return Err(refuse(
+                "numerics.mesh",
+                format!("{elements} elements in contact"),
+                &format!("must be coarser: the factorisation is for at most {most} of them"),
+            ));
+        }
+        if elements == 0 {
+            return Ok(None);
+        }
         let unit = fields.element[0];
         let (height, step) = (fields.element[1] / unit, distance / unit);
         let reach = (nx as f64 + step).hypot(ny as f64 * height);
@@ -89,6 +109,7 @@ impl SymmetricPart {
         };
         // The block of an offset d is A(d) − ½(A(d + dq) + A(d − dq)), since A(−d) = A(d).
         let offsets: Vec<[f64; 3]> = (0..(2 * nx - 1) * ny)
+            .into_par_iter()
             .map(|index| {
                 let di = (index % (2 * nx - 1)) as f64 - (nx as f64 - 1.0);
                 let dj = (index / (2 * nx - 1)) as f64;
@@ -125,12 +146,12 @@ impl SymmetricPart {
             }
             cholesky(shifted)
         };
-        let factor = shifted(0.0).filter(|_| elements > 0)?;
+        let Some(factor) = shifted(0.0) else { return Ok(None) };
         let estimate = smallest_by_iteration(&factor, size);
         // The estimate is above the eigenvalue. A part of it is shown.
         let proved =
-            [0.99, 0.9, 0.5, 0.0].into_iter().find(|part| shifted(part * estimate).is_some())?;
-        Some(Self { elements, smallest: proved * estimate / largest, largest })
+            [0.99, 0.9, 0.5, 0.0].into_iter().find(|part| shifted(part * estimate).is_some());
+        Ok(proved.map(|part| Self { elements, smallest: part * estimate / largest, largest }))
     }
 }
 

@@ -2,11 +2,13 @@
 //! (midpoint projection): steady states and paths, of like and unlike bodies, with creepages and
 //! spin. Numbers of elements agree exactly, resultants to 1e-8 of μP and fields to 1e-8 of their
 //! peaks. `inverse` gives forces instead of creepages; `laws` and `theory` need no other program;
-//! `limits` goes to the ends of what rolls, and `uniqueness` says what else could be a solution.
+//! `limits` goes to the ends of what rolls, `random` has scenes of all kinds, and `uniqueness` says
+//! what else could be a solution.
 
 mod inverse;
 mod laws;
 mod limits;
+mod random;
 mod theory;
 mod uniqueness;
 
@@ -34,6 +36,7 @@ fn rolling(history: RollingHistory) -> Rolling {
         spin_center: 0.0,
         direction: RollingDirection::Forward,
         dq: None,
+        distance: None,
         history,
         imposed: ImposedCreepages::default(),
     }
@@ -86,6 +89,7 @@ pub(crate) fn step(case: &Value, step: &Value) -> Step {
         spin_center: number(step, "x0"),
         direction,
         dq: Some(number(step, "dq")),
+        distance: None,
         history,
         imposed: ImposedCreepages::default(),
     };

@@ -198,6 +198,7 @@ fn creeping(direction: RollingDirection, dq: f64, history: RollingHistory) -> Ro
         spin_center: 0.0,
         direction,
         dq: Some(dq),
+        distance: None,
         history,
         imposed: ImposedCreepages::default(),
     }

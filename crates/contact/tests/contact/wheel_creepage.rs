@@ -57,6 +57,7 @@ impl Row {
             spin_center: -0.2e-3 / 6.0,
             direction: RollingDirection::Forward,
             dq: Some(0.2e-3),
+            distance: None,
             history: RollingHistory::Steady,
             imposed: ImposedCreepages::default(),
         };
@@ -103,20 +104,13 @@ fn creepages_of_the_benchmark_meet_contact() {
              {cphi:11.4e}",
             row.name()
         );
-        let is_shared = row.name() == "right 11";
-        let slack = match &*row.name() {
-            "right 2" => 3e-5,
-            _ if is_shared => 5e-4,
-            _ => 3e-6,
+        let [of_creepage, of_spin] = match &*row.name() {
+            "right 2" | "right 11" => [3e-5, 1e-3],
+            _ => [3e-6, 2e-4],
         };
-        assert!((creepage_x - cksi).abs() < slack + 1e-3 * cksi.abs(), "{}", row.name());
+        assert!((creepage_x - cksi).abs() < of_creepage + 1e-3 * cksi.abs(), "{}", row.name());
         assert!((creepage_y - ceta).abs() < 1e-6 + 1e-3 * ceta.abs(), "{}", row.name());
-        let slack = match &*row.name() {
-            "right 2" => 1e-3,
-            _ if is_shared => 1e-2,
-            _ => 2e-4,
-        };
-        assert!((spin - cphi).abs() < slack + 1e-3 * cphi.abs(), "{}", row.name());
+        assert!((spin - cphi).abs() < of_spin + 1e-3 * cphi.abs(), "{}", row.name());
         assert_eq!(found.vertical_velocity, 0.0, "{}: nothing moves across the track", row.name());
     }
 }
@@ -216,8 +210,14 @@ fn a_wheelset_that_runs_backwards_has_the_forces_of_the_image() {
         assert_eq!(outcome.status, Status::Certified);
         outcome.last().unwrap().observables
     });
-    let off = [there.force_x + back.force_x, there.force_y - back.force_y, there.load - back.load];
-    assert!(off.iter().all(|off| off.abs() < 1e-2 * there.load), "{there:?} {back:?}");
+    let lever = there.contact_area.sqrt();
+    let off = [
+        there.force_x + back.force_x,
+        there.force_y - back.force_y,
+        there.load - back.load,
+        (there.moment_z + back.moment_z) / lever,
+    ];
+    assert!(off.iter().all(|off| off.abs() < 1e-8 * there.load), "{there:?} {back:?}");
 }
 
 #[test]
@@ -261,6 +261,31 @@ fn motions_at_the_limits_have_creepages_or_are_refused_in_words() {
             refused(&|scene| scene.loading.steps[0].force_x = Some(0.0)),
         ),
         (
+            "punch.lateral_velocity",
+            "`force_y` governs the creepage across the rail",
+            refused(&|scene| {
+                motion(scene).angular_speed = None;
+                motion(scene).lateral_velocity = 0.01;
+                scene.loading.steps[0].force_y = Some(0.0);
+            }),
+        ),
+        (
+            "punch.roll_rate",
+            "`force_y` governs the creepage across the rail",
+            refused(&|scene| {
+                motion(scene).roll_rate = 0.01;
+                scene.loading.steps[0].force_y = Some(0.0);
+            }),
+        ),
+        (
+            "punch.speed",
+            "`moment_z` governs the spin",
+            refused(&|scene| {
+                motion(scene).angular_speed = None;
+                scene.loading.steps[0].moment_z = Some(0.0);
+            }),
+        ),
+        (
             "punch.speed",
             "without a step that rolls",
             refused(&|scene| scene.loading.steps[0].rolling = None),
@@ -294,6 +319,44 @@ fn motions_at_the_limits_have_creepages_or_are_refused_in_words() {
         let found = outcome.last().unwrap().observables;
         let force = found.force_x.hypot(found.force_y);
         assert!(force < 0.3 * found.load * (1.0 + 1e-6), "{found:?}");
+    }
+}
+
+/// Of a wheel that is locked or turns back all of the contact slips, and what passes through it
+/// makes no difference beside the strains: its forces are those of the wheel that is dragged.
+#[test]
+fn a_locked_wheel_has_the_forces_of_one_that_is_dragged() {
+    let surfaces = profiles();
+    let solved = |scene: &Scene| {
+        let numerics = numerics(Mesh::Across(16), Projection::Average, 1e-8);
+        let (outcome, _) =
+            contact::solve(scene, &numerics, &surfaces, &mut contact::Operators::default())
+                .unwrap();
+        assert_eq!(outcome.status, Status::Certified);
+        outcome.last().unwrap().observables
+    };
+    for angular_speed in [0.0, -4.3] {
+        let mut locked = row("right 17").scene();
+        motion(&mut locked).angular_speed = Some(angular_speed);
+        let ImposedCreepages { creepage_x, creepage_y, spin } =
+            wheel_creepages(&locked, &surfaces).unwrap().unwrap().creepages;
+        let mut dragged = locked.clone();
+        let Shape::WheelOnRail(wheel) = &mut dragged.punch.shape else { unreachable!() };
+        wheel.motion = None;
+        let step = dragged.loading.steps[0];
+        let way = 0.1;
+        dragged.loading.steps[0] = Step {
+            rolling: None,
+            shift_x: Some(-way * creepage_x),
+            shift_y: Some(-way * creepage_y),
+            twist: Some(-way * spin),
+            ..step
+        };
+        let [there, here] = [&locked, &dragged].map(solved);
+        let limit = 0.3 * there.load;
+        let apart = (there.force_x - here.force_x).hypot(there.force_y - here.force_y);
+        assert!(there.force_x > 0.9 * limit && there.stick_elements == 0, "{there:?}");
+        assert!(apart < 1e-4 * limit, "{there:?} {here:?}");
     }
 }
 

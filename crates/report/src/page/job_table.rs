@@ -93,7 +93,8 @@ impl JobTable {
         for (index, column) in self.columns.iter().enumerate() {
             let unit = &self.table.columns()[index].unit;
             let mut cells = self.table.cells(index);
-            let is_number = self.table.cells(index).all(|cell| !matches!(cell, Cell::Text(_)));
+            let is_number =
+                self.table.cells(index).all(|cell| !matches!(cell, Cell::Flag(_) | Cell::Text(_)));
             let mut said = json!({
                 "name": visible(&column.name),
                 "unit": visible(unit),
@@ -139,6 +140,8 @@ fn value(cell: &Cell) -> Value {
         Cell::Number(x) if x.is_infinite() => json!(if *x > 0.0 { "inf" } else { "-inf" }),
         Cell::Number(x) => json!(x),
         Cell::Integer(i) => json!(i),
+        // The script compares words.
+        Cell::Flag(yes) => json!(yes.to_string()),
         Cell::Text(text) => json!(visible(text)),
         Cell::Missing => Value::Null,
     }

@@ -81,6 +81,7 @@ pub(super) fn numbers(table: &DataTable, column: usize) -> Vec<f64> {
 /// Returns the first text in a column, if it has any.
 pub(super) fn text_in(table: &DataTable, column: usize) -> Option<String> {
     table.cells(column).find_map(|cell| match cell {
+        Cell::Flag(yes) => Some(yes.to_string()),
         Cell::Text(text) => Some(text.clone()),
         _ => None,
     })

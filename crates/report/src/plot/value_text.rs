@@ -19,7 +19,7 @@ impl ValueFormat {
     /// Fits the unit and the digits to the values of a column.
     pub(super) fn for_column(table: &DataTable, column: usize) -> ValueFormat {
         let numbers = || table.cells(column).filter_map(Cell::number).filter(|x| x.is_finite());
-        let texts = table.cells(column).any(|cell| matches!(cell, Cell::Text(_)));
+        let texts = table.cells(column).any(|cell| matches!(cell, Cell::Flag(_) | Cell::Text(_)));
         let largest = numbers().map(f64::abs).fold(0.0, f64::max);
         let unit = if texts {
             PrefixedUnit::plain("")
@@ -38,6 +38,7 @@ impl ValueFormat {
     /// Writes a value of the column with its unit.
     pub(super) fn text(&self, cell: &Cell) -> String {
         let number = match cell {
+            Cell::Flag(yes) => return yes.to_string(),
             Cell::Text(text) => return text.clone(),
             Cell::Missing => return "none".to_owned(),
             Cell::Integer(i) if self.unit.of_si(1.0) == 1.0 => i.to_string().replace('-', "−"),

@@ -15,6 +15,8 @@ pub enum Cell {
     Number(f64),
     /// A count or an identifier.
     Integer(i64),
+    /// True or false.
+    Flag(bool),
     /// A text.
     Text(String),
     /// No value, e.g. because the job failed.
@@ -37,6 +39,7 @@ impl Cell {
         match self {
             Cell::Number(x) => Some(exact(*x).into()),
             Cell::Integer(i) => Some(i.to_string().into()),
+            Cell::Flag(yes) => Some(yes.to_string().into()),
             Cell::Text(text) => Some(text.into()),
             Cell::Missing => None,
         }
@@ -47,7 +50,7 @@ impl Cell {
         match self {
             Cell::Missing => true,
             Cell::Number(x) => x.is_nan(),
-            Cell::Integer(_) | Cell::Text(_) => false,
+            Cell::Integer(_) | Cell::Flag(_) | Cell::Text(_) => false,
         }
     }
 }
@@ -64,13 +67,20 @@ impl From<i64> for Cell {
     }
 }
 
+impl From<bool> for Cell {
+    fn from(yes: bool) -> Self {
+        Cell::Flag(yes)
+    }
+}
+
 impl From<&str> for Cell {
     fn from(text: &str) -> Self {
         Cell::Text(text.to_owned())
     }
 }
 
-/// Returns the ascending order of two cells that are not missing: numbers by value, then text.
+/// Returns the ascending order of two cells that are not missing: numbers by value, then false
+/// and true, then text.
 pub(super) fn compare(a: &Cell, b: &Cell) -> Ordering {
     match (a, b) {
         (Cell::Integer(a), Cell::Integer(b)) => a.cmp(b),
@@ -80,6 +90,9 @@ pub(super) fn compare(a: &Cell, b: &Cell) -> Ordering {
         (Cell::Text(a), Cell::Text(b)) => a.cmp(b),
         (Cell::Text(_), _) => Ordering::Greater,
         (_, Cell::Text(_)) => Ordering::Less,
+        (Cell::Flag(a), Cell::Flag(b)) => a.cmp(b),
+        (Cell::Flag(_), Cell::Number(_) | Cell::Integer(_)) => Ordering::Greater,
+        (Cell::Number(_) | Cell::Integer(_), Cell::Flag(_)) => Ordering::Less,
         (Cell::Missing, _) | (_, Cell::Missing) => Ordering::Equal,
     }
 }

@@ -18,6 +18,7 @@ impl Serialize for JsonRow<'_> {
                 Cell::Number(x) if x.is_finite() => object.serialize_entry(&column.name, x)?,
                 Cell::Number(_) | Cell::Missing => object.serialize_entry(&column.name, &())?,
                 Cell::Integer(i) => object.serialize_entry(&column.name, i)?,
+                Cell::Flag(yes) => object.serialize_entry(&column.name, yes)?,
                 Cell::Text(text) => object.serialize_entry(&column.name, text)?,
             }
         }

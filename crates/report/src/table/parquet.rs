@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
@@ -27,15 +27,29 @@ pub struct TypedColumn {
     pub cells: CellType,
 }
 
-/// The type of the cells of a column, from the narrowest to the widest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// The type of the cells of a column. Flags and numbers together are texts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CellType {
+    /// True or false.
+    Flag,
     /// Whole numbers of 64 bits.
     Integer,
     /// Numbers of double precision.
     Number,
     /// Texts.
     Text,
+}
+
+impl CellType {
+    /// Returns the narrowest type that has room for the cells of two types.
+    fn wider(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Flag, Self::Flag) => Self::Flag,
+            (Self::Integer, Self::Integer) => Self::Integer,
+            (Self::Integer | Self::Number, Self::Integer | Self::Number) => Self::Number,
+            _ => Self::Text,
+        }
+    }
 }
 
 /// Why a table was not written as Parquet.
@@ -79,7 +93,7 @@ impl From<ParquetError> for ParquetFault {
 /// A Parquet file that is being written.
 ///
 /// Each block of rows becomes a row group, and nothing but its figures stays in memory. Numbers are
-/// `DOUBLE`, whole numbers `INT64`, texts UTF-8; every column may have nulls, and NaN is no null.
+/// `DOUBLE`, whole numbers `INT64`, flags `BOOLEAN`, texts UTF-8; every column may have nulls, and NaN is no null.
 /// The metadata of the file have, as JSON, `tribosweep.columns`, a list of the columns with `name`,
 /// `unit` and `meaning`, and `PANDAS_ATTRS`, from which pandas takes `attrs["units"]` and
 /// `attrs["meanings"]`. Compression is Snappy's, which every reader of Parquet knows.
@@ -97,6 +111,7 @@ impl<W: Write + Send> ParquetFile<W> {
         let mut fields = Vec::with_capacity(columns.len());
         for column in &columns {
             let (physical, logical) = match column.cells {
+                CellType::Flag => (Physical::BOOLEAN, None),
                 CellType::Integer => (Physical::INT64, None),
                 CellType::Number => (Physical::DOUBLE, None),
                 CellType::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
@@ -134,7 +149,8 @@ impl<W: Write + Send> ParquetFile<W> {
             return Ok(());
         }
         for (index, column) in self.columns.iter().enumerate() {
-            if let Some(cells) = block.widest(index).filter(|cells| *cells > column.cells) {
+            let widest = block.widest(index).map(|cells| cells.wider(column.cells));
+            if let Some(cells) = widest.filter(|cells| *cells != column.cells) {
                 let name = column.head.name.clone();
                 return Err(ParquetFault::Wider(WiderCell { name, cells }));
             }
@@ -147,6 +163,15 @@ impl<W: Write + Send> ParquetFile<W> {
                 cells.clone().map(|cell| i16::from(*cell != Cell::Missing)).collect();
             let levels = Some(&levels[..]);
             match column.cells {
+                CellType::Flag => {
+                    let values: Vec<bool> = cells
+                        .filter_map(|cell| match cell {
+                            Cell::Flag(value) => Some(*value),
+                            _ => None,
+                        })
+                        .collect();
+                    writer.typed::<BoolType>().write_batch(&values, levels, None)?;
+                }
                 CellType::Integer => {
                     let values: Vec<i64> = cells
                         .filter_map(|cell| match cell {
@@ -192,7 +217,7 @@ impl<W: Write + Send> ParquetFile<W> {
 impl DataTable {
     /// Returns the widest type among the cells of a column; `None` if all are missing.
     pub fn widest(&self, column: usize) -> Option<CellType> {
-        self.cells(column).filter_map(cell_type).max()
+        self.cells(column).filter_map(cell_type).reduce(CellType::wider)
     }
 }
 
@@ -201,6 +226,7 @@ fn cell_type(cell: &Cell) -> Option<CellType> {
     match cell {
         Cell::Integer(_) => Some(CellType::Integer),
         Cell::Number(_) => Some(CellType::Number),
+        Cell::Flag(_) => Some(CellType::Flag),
         Cell::Text(_) => Some(CellType::Text),
         Cell::Missing => None,
     }
@@ -290,5 +316,27 @@ mod tests {
         let fault = file.write(&block(vec![vec![0.1.into(), "64x32".into(), "".into()]]));
         let Err(ParquetFault::Wider(wider)) = fault else { panic!("{fault:?}") };
         assert_eq!(wider, WiderCell { name: "mesh".to_owned(), cells: CellType::Text });
+    }
+
+    #[test]
+    fn flags_are_booleans() {
+        let columns = vec![typed("steady", "", CellType::Flag)];
+        let block = |cells: Vec<Cell>| {
+            let rows = cells.into_iter().map(|cell| vec![cell]).collect();
+            DataTable::new(vec![columns[0].head.clone()], rows).unwrap()
+        };
+        let mut bytes = Vec::new();
+        let mut file = ParquetFile::new(&mut bytes, columns.clone()).unwrap();
+        file.write(&block(vec![true.into(), Cell::Missing, false.into()])).unwrap();
+        let Err(ParquetFault::Wider(wider)) = file.write(&block(vec![1.into()])) else { panic!() };
+        assert_eq!(wider.cells, CellType::Text);
+        file.close().unwrap();
+        let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
+        let rows: Vec<Field> = reader
+            .get_row_iter(None)
+            .unwrap()
+            .map(|row| row.unwrap().get_column_iter().next().unwrap().1.clone())
+            .collect();
+        assert_eq!(rows, [Field::Bool(true), Field::Null, Field::Bool(false)]);
     }
 }

@@ -92,7 +92,7 @@ impl DataTable {
     /// Sets the header and the cells of the column with an index.
     fn set(&self, index: usize, layout: &TerminalLayout) -> TypesetColumn {
         let column = &self.columns()[index];
-        let numeric = self.cells(index).all(|cell| !matches!(cell, Cell::Text(_)));
+        let numeric = self.cells(index).all(|cell| !matches!(cell, Cell::Flag(_) | Cell::Text(_)));
         let largest = self.cells(index).filter_map(Cell::number).map(f64::abs).fold(0.0, f64::max);
         let unit = if numeric && layout.prefixes {
             PrefixedUnit::fitting(&column.unit, largest)
@@ -111,7 +111,7 @@ impl DataTable {
                 .map(|cell| match cell {
                     Cell::Number(x) => Some(unit.of_si(*x)),
                     Cell::Integer(i) => Some(unit.of_si(*i as f64)),
-                    Cell::Text(_) | Cell::Missing => None,
+                    Cell::Flag(_) | Cell::Text(_) | Cell::Missing => None,
                 })
                 .collect();
             align(&values, layout.digits.clamp(1, 17), missing)
@@ -119,6 +119,7 @@ impl DataTable {
             let text = |cell: &Cell| match cell {
                 Cell::Number(x) => significant(*x, layout.digits.clamp(1, 17)),
                 Cell::Integer(i) => i.to_string(),
+                Cell::Flag(yes) => yes.to_string(),
                 Cell::Text(text) => one_line(text).into_owned(),
                 Cell::Missing => missing.to_owned(),
             };

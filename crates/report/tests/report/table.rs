@@ -290,6 +290,7 @@ fn cells() -> impl Strategy<Value = Cell> {
     prop_oneof![
         any::<f64>().prop_map(Cell::Number),
         any::<i64>().prop_map(Cell::Integer),
+        any::<bool>().prop_map(Cell::Flag),
         "\\PC{0,12}".prop_map(Cell::Text),
         any::<String>().prop_map(Cell::Text),
         Just(Cell::Missing),
@@ -423,6 +424,7 @@ proptest! {
                     Cell::Number(x) if x.is_nan() => prop_assert_eq!(field, "NaN"),
                     Cell::Number(x) => prop_assert_eq!(field.parse::<f64>().unwrap().to_bits(), x.to_bits()),
                     Cell::Integer(i) => prop_assert_eq!(field.parse::<i64>().unwrap(), *i),
+                    Cell::Flag(yes) => prop_assert_eq!(field, yes.to_string()),
                     Cell::Text(text) => prop_assert_eq!(field, inert(text)),
                     Cell::Missing => prop_assert_eq!(field, ""),
                 }
@@ -440,6 +442,7 @@ proptest! {
                     Cell::Number(x) if x.is_finite() => prop_assert_eq!(value.as_f64(), Some(*x)),
                     Cell::Number(_) | Cell::Missing => prop_assert!(value.is_null()),
                     Cell::Integer(i) => prop_assert_eq!(value.as_i64(), Some(*i)),
+                    Cell::Flag(yes) => prop_assert_eq!(value.as_bool(), Some(*yes)),
                     Cell::Text(text) => prop_assert_eq!(value.as_str(), Some(text.as_str())),
                 }
                 prop_assert_eq!(json["units"][&column.name].as_str(), Some(column.unit.as_str()));

@@ -1,7 +1,8 @@
 //! The rolling of a step, whose keys stand beside the others of the step.
 //!
 //! A step rolls if it says `steady = true`, which is the limit of a long way, or a `distance`. The
-//! distance is divided evenly, into `increments` or into parts no longer than `dq`.
+//! distance is divided evenly, into `increments`, into parts no longer than `dq`, or else into parts
+//! no longer than an element.
 
 use contact::model::{ImposedCreepages, Loading, Rolling, RollingDirection, RollingHistory};
 
@@ -15,10 +16,6 @@ pub(super) struct RollingWay {
     pub(super) rolling: Option<Rolling>,
     pub(super) increments: u32,
 }
-
-/// The part of an increment that a distance may lack or have in excess and still be a whole number
-/// of them: quotients of decimal numbers are rounded.
-const ROUNDING: f64 = 1e-12;
 
 /// Assembles the rolling of a step. If something is missing or out of place, a mistake is
 /// noted.
@@ -37,6 +34,7 @@ pub(super) fn rolling(sheet: &Sheet<'_>, i: u32, mistakes: &mut Vec<Mistake>) ->
             _ => RollingDirection::Forward,
         },
         dq: number(Key::Dq(i)),
+        distance: None,
         history: RollingHistory::Steady,
         imposed: ImposedCreepages::default(),
     };
@@ -66,17 +64,20 @@ pub(super) fn rolling(sheet: &Sheet<'_>, i: u32, mistakes: &mut Vec<Mistake>) ->
             RollingWay { rolling: Some(rolling), increments: 1 }
         }
         Some(distance) => {
-            let increments = divide(sheet, i, distance, mistakes);
-            let dq = Some(distance / f64::from(increments));
-            let rolling = Rolling { dq, history: RollingHistory::Transient, ..rolling };
-            RollingWay { rolling: Some(rolling), increments }
+            let divided = divide(sheet, i, distance, mistakes);
+            let (dq, distance) = match divided {
+                Some(increments) => (Some(distance / f64::from(increments)), None),
+                None => (None, Some(distance)),
+            };
+            let rolling = Rolling { dq, distance, history: RollingHistory::Transient, ..rolling };
+            RollingWay { rolling: Some(rolling), increments: divided.unwrap_or(1) }
         }
         None => RollingWay { rolling: Some(rolling), increments },
     }
 }
 
-/// Returns the number of increments of a distance \[m\].
-fn divide(sheet: &Sheet<'_>, i: u32, distance: f64, mistakes: &mut Vec<Mistake>) -> u32 {
+/// Returns the number of increments of a distance \[m\]; `None` if the elements decide on it.
+fn divide(sheet: &Sheet<'_>, i: u32, distance: f64, mistakes: &mut Vec<Mistake>) -> Option<u32> {
     let given = |key: Key| sheet.get(key).map(|given| given.span.clone());
     let refuse = |key: Key, message: String, expected: &str| {
         given(key).map(|span| Mistake::new(span, message, expected))
@@ -87,7 +88,7 @@ fn divide(sheet: &Sheet<'_>, i: u32, distance: f64, mistakes: &mut Vec<Mistake>)
         refuse(key, message, expected)
     };
     let (by_count, by_length) = (sheet.count(Key::Increments(i)), sheet.number(Key::Dq(i)));
-    let parts = by_length.map(|dq| (distance / dq * (1.0 - ROUNDING)).ceil().max(1.0));
+    let parts = by_length.map(|dq| Rolling::parts_of(distance, dq));
     let most = f64::from(Loading::MAX_INCREMENTS);
     let mistake = match (by_count, by_length, parts) {
         _ if distance <= 0.0 => not_positive(Key::Distance(i), distance),
@@ -103,26 +104,31 @@ fn divide(sheet: &Sheet<'_>, i: u32, distance: f64, mistakes: &mut Vec<Mistake>)
             refuse_both(sheet, keys, message, mistakes);
             None
         }
-        (Some(increments), ..) => return increments,
+        (Some(increments), ..) if distance / f64::from(increments) == 0.0 => {
+            let message = format!("`{}` cannot be {}", Key::Distance(i).short(), Compact(distance));
+            refuse(Key::Distance(i), message, "must be longer, to be divided into increments")
+        }
+        (Some(increments), ..) => return Some(increments),
         (None, Some(dq), _) if dq <= 0.0 => not_positive(Key::Dq(i), dq),
         (None, Some(_), Some(parts)) if parts > most => {
-            let message = format!("`{}` divides the distance into {parts}", Key::Dq(i).short());
+            let count = if parts.is_finite() {
+                // So many digits say enough.
+                let rounded = format!("{parts:.3e}").parse().unwrap_or(parts);
+                format!("{} increments", Compact(rounded))
+            } else {
+                "too many increments".to_owned()
+            };
+            let message = format!("`{}` divides the distance into {count}", Key::Dq(i).short());
             refuse(Key::Dq(i), message, "must leave at most 1000 increments")
         }
-        (None, Some(_), Some(parts)) => return parts as u32,
-        (None, ..) => {
-            let message = format!("`{}` is not divided", Key::Distance(i).short());
-            let expected = "needs `increments` beside it, or `dq`, the longest way of an \
-                            increment";
-            let advice = "an element is a good length: the result's column `element_x` has it";
-            refuse(Key::Distance(i), message, expected).map(|mistake| mistake.help(advice))
-        }
+        (None, Some(_), Some(parts)) => return Some(parts as u32),
+        (None, ..) => return None,
     };
     mistakes.extend(mistake);
-    1
+    Some(1)
 }
 
-/// Notes the first key that is for rolling in a step that does not roll.
+/// Notes the keys that are for rolling in a step that does not roll, at the first of them.
 fn refuse_rolling(sheet: &Sheet<'_>, i: u32, mistakes: &mut Vec<Mistake>) {
     let of_rolling = [
         Key::CreepageX(i),
@@ -132,13 +138,21 @@ fn refuse_rolling(sheet: &Sheet<'_>, i: u32, mistakes: &mut Vec<Mistake>) {
         Key::Direction(i),
         Key::Dq(i),
     ];
-    for key in of_rolling {
-        let Some(given) = sheet.get(key) else { continue };
-        let message = format!("`{}` stands in a step that does not roll", key.short());
-        let expected = "a step rolls if it has `steady = true` or a `distance`";
-        mistakes.push(Mistake::new(given.span.clone(), message, expected));
-        return;
+    let mut found: Vec<_> = of_rolling
+        .into_iter()
+        .filter_map(|key| Some((key, sheet.get(key)?.span.clone())))
+        .collect();
+    found.sort_by_key(|(_, span)| span.start);
+    let Some(((first, span), others)) = found.split_first() else { return };
+    let mut named = format!("`{}`", first.short());
+    for (number, (key, _)) in others.iter().enumerate() {
+        named += if number + 1 == others.len() { " and " } else { ", " };
+        named += &format!("`{}`", key.name());
     }
+    let verb = if others.is_empty() { "stands" } else { "stand" };
+    let message = format!("{named} {verb} in a step that does not roll");
+    let expected = "a step rolls if it has `steady = true` or a `distance`";
+    mistakes.push(Mistake::new(span.clone(), message, expected));
 }
 
 /// Notes two keys that exclude each other, at the one that stands later in the file.

@@ -197,7 +197,7 @@ impl Column {
 
     /// Returns whether its values are numbers, apart from missing ones.
     pub fn is_numeric(&self) -> bool {
-        self.values != ValueType::Text
+        matches!(self.values, ValueType::Number | ValueType::Integer)
     }
 
     /// Returns the kind of its values. A mesh is a whole number, or a text where it is a pair.

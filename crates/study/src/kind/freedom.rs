@@ -20,24 +20,50 @@ const QUANTITIES: [&str; 9] = [
     "peak_traction",
 ];
 
+const WEAR_DEPTH: &str = "wear_depth";
+const PLANE_VON_MISES: &str = "plane_von_mises";
+const VON_MISES_MAX: &str = "von_mises_max";
+
+/// The columns of what only some scenes ask for.
+const ASKED: [&str; 3] = [WEAR_DEPTH, VON_MISES_MAX, PLANE_VON_MISES];
+
+/// Returns the columns of what a job's scene asks for beyond what every scene has.
+pub(super) fn asked_of(job: &Job) -> Vec<&'static str> {
+    let Some(scene) = job.case().map(|case| &case.scene) else { return Vec::new() };
+    let interior = scene.interior.as_ref();
+    let asked = [
+        (WEAR_DEPTH, scene.wear.is_some()),
+        (VON_MISES_MAX, interior.is_some_and(|question| question.maximum)),
+        (PLANE_VON_MISES, interior.is_some_and(|question| !question.depths.is_empty())),
+    ];
+    asked.into_iter().filter_map(|(name, is_asked)| is_asked.then_some(name)).collect()
+}
+
 /// The columns that scenes prescribe at the ends of their paths, and the degrees of freedom that
 /// they move.
 #[derive(Default)]
 pub(super) struct ScenesFreedom {
     prescribed: HashSet<String>,
     moved: Vec<Dof>,
-    /// True if a path ends in rolling, where creepages stand for shifts.
+    /// True if all paths end in rolling, where creepages stand for shifts.
     rolls: bool,
+    /// The columns of what all scenes ask for.
+    asked: Vec<&'static str>,
 }
 
 impl ScenesFreedom {
     /// Returns the freedom that all of some jobs leave.
     pub(super) fn of(jobs: &[Job]) -> Self {
-        let mut freedom = Self::default();
+        let paths = || jobs.iter().filter_map(|job| job.case()?.scene.loading.steps.last());
+        let is_asked = |name: &&str| jobs.iter().all(|job| asked_of(job).contains(name));
+        let mut freedom = Self {
+            rolls: paths().count() > 0 && paths().all(|end| end.rolling.is_some()),
+            asked: ASKED.into_iter().filter(is_asked).collect(),
+            ..Self::default()
+        };
         for scene in jobs.iter().filter_map(|job| Some(&job.case()?.scene)) {
             let legs = scene.loading.legs();
             let Some(end) = legs.last() else { continue };
-            freedom.rolls |= end.rolling.is_some();
             for dof in Dof::ALL {
                 let [motion, force] = columns(dof, end.rolling.is_some());
                 let prescribed = match end.target[dof] {
@@ -58,13 +84,17 @@ impl ScenesFreedom {
     pub(super) fn quantities(&self, x: &str) -> Vec<String> {
         let answering = match without_step(x) {
             "mu" => Some("stick_fraction".to_owned()),
+            "wear_coefficient" | "wear_repeat" => Some(WEAR_DEPTH.to_owned()),
+            "interior_depth" => Some(PLANE_VON_MISES.to_owned()),
             key => answer_to(key, self.rolls),
         };
         let both = |dof: &Dof| {
             let [motion, force] = columns(*dof, self.rolls);
             [force, motion]
         };
-        let named = |names: &'static [&'static str]| names.iter().map(|name| (*name).to_owned());
+        fn named(names: &[&str]) -> impl Iterator<Item = String> {
+            names.iter().map(|name| (*name).to_owned())
+        }
         // Every scene moves the normal direction, which comes first.
         let (normal, others) = self.moved.split_at(self.moved.len().min(1));
         let (common, special) = QUANTITIES.split_at(3);
@@ -73,7 +103,8 @@ impl ScenesFreedom {
             .chain(normal.iter().flat_map(both))
             .chain(named(common))
             .chain(others.iter().flat_map(both))
-            .chain(named(special));
+            .chain(named(special))
+            .chain(named(&self.asked));
         let mut wanted: Vec<String> = Vec::new();
         for name in listed.filter(|name| !self.prescribed.contains(name) && name != x) {
             if !wanted.contains(&name) {

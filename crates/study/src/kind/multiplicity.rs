@@ -45,6 +45,9 @@ fn refuses(key: Key) -> Option<&'static str> {
         | Key::Distance(_)
         | Key::Dq(_)
         | Key::Steady(_) => Some("a search knows no step that rolls"),
+        Key::Speed | Key::AngularSpeed | Key::LateralVelocity | Key::YawRate | Key::RollRate => {
+            Some("a search knows no step that rolls, and so no wheelset that moves")
+        }
         Key::WearCoefficient | Key::WearUpdate | Key::WearRepeat => {
             Some("a search looks for solutions of one shape, and counts none of its wear")
         }

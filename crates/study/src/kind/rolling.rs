@@ -1,7 +1,7 @@
 //! The columns of contacts that roll. Creepages and distances follow from the motion of the punch
 //! and the step that rolls, so that nothing of them is stored.
 
-use contact::model::{Outcome, Rolling, RollingHistory, StepOutcome};
+use contact::model::{Outcome, Rolled, Rolling, RollingHistory, StepOutcome};
 
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
@@ -11,11 +11,20 @@ use crate::value::Value;
 /// The columns.
 pub(crate) const ROLLING: &[Column] = result_columns! {
     Observable "at_creepage_x" Pure "longitudinal creepage of the last increment, if it rolls"
-        ColumnSource::Solved(|case, outcome| of_roll(case, outcome, |roll| roll.creepage_x()));
+        ColumnSource::Solved(|case, outcome| of_roll(case, outcome, |roll| roll.rolled.creepage_x));
     Observable "at_creepage_y" Pure "lateral creepage of the last increment, if it rolls"
-        ColumnSource::Solved(|case, outcome| of_roll(case, outcome, |roll| roll.creepage_y()));
+        ColumnSource::Solved(|case, outcome| of_roll(case, outcome, |roll| roll.rolled.creepage_y));
     Observable "at_spin" AnglePerLength "spin of the last increment, if it rolls"
-        ColumnSource::Solved(|case, outcome| of_roll(case, outcome, |roll| roll.spin()));
+        ColumnSource::Solved(|case, outcome| of_roll(case, outcome, |roll| roll.rolled.spin));
+    Observable "increment_distance" Length "distance of the last increment, if it rolls"
+        ColumnSource::Solved(|case, outcome| of_roll(case, outcome, |roll| roll.distance()));
+    Observable "leading_edge" ("x of the leading edge") Length
+        "x of the outer side of the foremost element in contact, in the direction of rolling, after \
+         the last increment, if it rolls"
+        ColumnSource::Outcome(|outcome| {
+            let edge = outcome.further.leading_edges.last().copied().flatten();
+            edge.map_or(Value::Missing, Value::Number)
+        });
     Observable "rolled_distance" Length "distance that was rolled along the path"
         ColumnSource::Solved(rolled_distance);
     Observable "force_x_ratio" ("force along x over μP") Pure
@@ -32,7 +41,7 @@ pub(crate) const ROLLING: &[Column] = result_columns! {
     Observable "dissipation_per_length" ("energy lost per length rolled") EnergyPerLength
         "energy lost to friction in the last increment over the distance that it rolls"
         ColumnSource::Solved(|case, outcome| {
-            of_roll(case, outcome, |roll| roll.end.observables.dissipation / roll.distance)
+            of_roll(case, outcome, |roll| roll.end.observables.dissipation / roll.distance())
         });
 };
 
@@ -40,33 +49,20 @@ pub(crate) const ROLLING: &[Column] = result_columns! {
 struct RolledIncrement<'a> {
     rolling: &'a Rolling,
     end: &'a StepOutcome,
-    /// The distance \[m\].
-    distance: f64,
+    rolled: Rolled,
 }
 
 impl<'a> RolledIncrement<'a> {
     /// Returns the increment of a case as one that rolls, if it does.
     fn of(case: &'a Case, end: &'a StepOutcome) -> Option<Self> {
         let rolling = case.scene.loading.steps.get(end.step as usize)?.rolling.as_ref()?;
-        let distance = rolling.dq.unwrap_or(end.observables.element_x);
-        Some(RolledIncrement { rolling, end, distance })
+        let rolled = rolling.rolled(&end.motion, end.observables.element_x);
+        Some(RolledIncrement { rolling, end, rolled })
     }
 
-    /// Returns the longitudinal creepage: the given one, or that of the motion that a force has
-    /// governed.
-    fn creepage_x(&self) -> f64 {
-        self.rolling.creepage_x.unwrap_or(0.0 - self.end.motion.shift_x / self.distance)
-    }
-
-    /// Returns the lateral creepage where the spin has its centre.
-    fn creepage_y(&self) -> f64 {
-        let of_spin = self.rolling.spin.map_or(0.0, |spin| spin * self.rolling.spin_center);
-        self.rolling.creepage_y.unwrap_or(of_spin - self.end.motion.shift_y / self.distance)
-    }
-
-    /// Returns the spin \[rad/m\].
-    fn spin(&self) -> f64 {
-        self.rolling.spin.unwrap_or(0.0 - self.end.motion.twist / self.distance)
+    /// Returns the distance \[m\].
+    fn distance(&self) -> f64 {
+        self.rolled.distance
     }
 }
 
@@ -78,7 +74,7 @@ fn of_roll(case: &Case, outcome: &Outcome, read: fn(&RolledIncrement<'_>) -> f64
 
 /// Returns the distance that the last increment rolls \[m\], if it does.
 pub(super) fn last_distance(case: &Case, outcome: &Outcome) -> Option<f64> {
-    outcome.last().and_then(|end| RolledIncrement::of(case, end)).map(|roll| roll.distance)
+    outcome.last().and_then(|end| RolledIncrement::of(case, end)).map(|roll| roll.distance())
 }
 
 /// Returns the distance that was rolled since the path began, if a step of it rolls so.
@@ -92,7 +88,7 @@ fn rolled_distance(case: &Case, outcome: &Outcome) -> Value {
     for roll in outcome.steps.iter().filter_map(|end| RolledIncrement::of(case, end)) {
         if is_passing(roll.rolling) {
             let (distance, count) = &mut rolled[roll.end.step as usize];
-            *distance = roll.distance;
+            *distance = roll.distance();
             *count += 1.0;
         }
     }

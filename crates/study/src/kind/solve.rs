@@ -119,10 +119,10 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
         number!(observables.peak_traction);
     Observable "energy" ("elastic energy") Energy "elastic energy" number!(observables.energy);
     Observable "dissipation" ("energy lost to friction in the increment") Energy
-        "energy lost to friction in the last increment"
+        "energy lost to friction in the last increment; of steady rolling, over the distance `dq`"
         number!(observables.dissipation);
     Observable "total_dissipation" ("energy lost to friction") Energy
-        "energy lost to friction along the whole path"
+        "energy lost to friction along the whole path; of steady rolling, over the distance `dq`"
         ColumnSource::Outcome(|outcome| Value::Number(outcome.dissipation()));
     Observable "cycle_dissipation" ("energy lost per cycle") Energy
         "energy lost to friction in the last cycle"
@@ -177,10 +177,12 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
         "height of the wheelset below where its rolling radius reaches the rails' tops"
         ColumnSource::Outcome(|o| rail(o, |r| r.wheelset_height));
     Observable "track_force_y" ("lateral force on the rail") Force
-        "force of a wheel on its rail along the track's y, to the right; of one plane of contact"
+        "force of a wheel on its rail along the track's y, to the right, at the end of the path; of one \
+         plane of contact"
         ColumnSource::Solved(|case, outcome| track_force(case, outcome, 1));
     Observable "track_force_z" ("vertical force on the rail") Force
-        "force of a wheel on its rail along the track's z, downwards; of one plane of contact"
+        "force of a wheel on its rail along the track's z, downwards, at the end of the path; of one \
+         plane of contact"
         ColumnSource::Solved(|case, outcome| track_force(case, outcome, 2));
 };
 

@@ -191,6 +191,7 @@ fn every_column_is_of_the_type_it_claims() {
         let kind = match column.value(&point, Some(&record)) {
             Value::Number(_) => ValueType::Number,
             Value::Integer(_) => ValueType::Integer,
+            Value::Flag(_) => ValueType::Flag,
             Value::Text(_) => ValueType::Text,
             Value::Missing => continue,
         };

@@ -13,7 +13,8 @@ pub(crate) const WEAR: &[Column] = result_columns! {
     Observable "wear_depth" ("depth of wear") Length
         "largest depth worn away along the path; of steady rolling, in one pass"
         ColumnSource::Outcome(|outcome| last(outcome, |worn| worn.depth));
-    Observable "wear_volume" ("volume worn away") Volume "volume worn away along the whole path"
+    Observable "wear_volume" ("volume worn away") Volume
+        "volume worn away along the whole path; of steady rolling, over the distance `dq`"
         ColumnSource::Outcome(volume);
     Observable "cycle_wear_depth" ("depth of wear per cycle") Length
         "growth of the largest depth of wear in the last cycle of the path"

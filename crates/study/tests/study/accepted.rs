@@ -8,7 +8,8 @@ use proptest::prelude::*;
 
 use contact::model::{
     Base, Domain, Effect, Foundation, Friction, InteriorQuestion, Layer, Loading, Material, Mesh,
-    Method, Numerics, Projection, Punch, Scene, Shape, Side, Step, WheelRail,
+    Method, Numerics, Projection, Punch, Rolling, RollingDirection, RollingHistory, Scene, Shape,
+    Side, Step, Wear, WheelRail, WheelsetMotion,
 };
 use contact::punch::ProfileKind;
 use study::key::Key;
@@ -617,7 +618,102 @@ prop_compose! {
 }
 
 prop_compose! {
-    fn job()(
+    /// A rolling, and the increments of its step.
+    fn rolling()(
+        creepages in prop::array::uniform3(prop::option::of(prop_oneof![Just(0.0), -1e-2..1e-2f64])),
+        center in prop_oneof![Just(0.0), -1e-2..1e-2f64],
+        is_backward: bool,
+        distance in 1e-6..10.0f64,
+        dq in prop::option::of(1e-6..1.0f64),
+        (history, is_divided) in prop_oneof![
+            Just((RollingHistory::Steady, false)),
+            Just((RollingHistory::Transient, false)),
+            Just((RollingHistory::Transient, true)),
+        ],
+        increments in 1u32..20,
+    ) -> (Rolling, u32) {
+        let [creepage_x, creepage_y, spin] = creepages;
+        let parts = if is_divided { increments } else { 1 };
+        let (dq, distance) = match history {
+            RollingHistory::Steady => (dq, None),
+            RollingHistory::Transient if is_divided => (Some(distance / f64::from(parts)), None),
+            RollingHistory::Transient => (None, Some(distance)),
+        };
+        let direction = if is_backward { RollingDirection::Backward } else { RollingDirection::Forward };
+        let spin_center = if spin.is_some() { center } else { 0.0 };
+        let imposed = Default::default();
+        (Rolling { creepage_x, creepage_y, spin, spin_center, direction, dq, distance, history, imposed }, parts)
+    }
+}
+
+prop_compose! {
+    fn motion()(speed in 1.0..100.0f64, angular_speed in prop::option::of(1.0..200.0f64), rates in prop::array::uniform3(0.1..1.0f64)) -> WheelsetMotion {
+        let [lateral_velocity, yaw_rate, roll_rate] = rates;
+        WheelsetMotion { speed, angular_speed, lateral_velocity, yaw_rate, roll_rate }
+    }
+}
+
+/// Lets a step roll, at creepages that no force governs and that no wheelset imposes.
+fn roll(step: &mut Step, (rolling, increments): (Rolling, u32), is_imposed: bool) {
+    let keep = |creepage: Option<f64>, force: Option<f64>| {
+        creepage.filter(|_| force.is_none() && !is_imposed)
+    };
+    let spin = keep(rolling.spin, step.moment_z);
+    step.rolling = Some(Rolling {
+        creepage_x: keep(rolling.creepage_x, step.force_x),
+        creepage_y: keep(rolling.creepage_y, step.force_y),
+        spin,
+        spin_center: if spin.is_some() { rolling.spin_center } else { 0.0 },
+        ..rolling
+    });
+    (step.shift_x, step.shift_y, step.twist, step.increments) = (None, None, None, increments);
+}
+
+prop_compose! {
+    /// A job whose parts have what rolls, moves and wears beside the others.
+    fn solved_job()(
+        job in plain_job(),
+        rolling in prop::collection::vec(prop::option::of(rolling()), 12),
+        motion in prop::option::of(motion()),
+    ) -> Job {
+        let Job::Solve(mut case) = job else { unreachable!("a plain job solves a scene") };
+        let Scene { loading, punch, wear, .. } = &mut case.scene;
+        let rolls = rolling.iter().zip(&loading.steps).any(|(rolling, _)| rolling.is_some());
+        let motion = motion.filter(|_| rolls);
+        let mut is_imposed = false;
+        if let Shape::WheelOnRail(wheel) = &mut punch.shape {
+            let is_pulled = loading.steps.iter().any(|step| step.force_x.is_some());
+            wheel.motion = motion.map(|motion| WheelsetMotion {
+                angular_speed: motion.angular_speed.filter(|_| !is_pulled),
+                ..motion
+            });
+            is_imposed = motion.is_some();
+        }
+        for (step, rolling) in loading.steps.iter_mut().zip(rolling) {
+            rolling.into_iter().for_each(|rolling| roll(step, rolling, is_imposed));
+        }
+        if rolls {
+            *wear = wear.map(|wear| Wear { update: false, ..wear });
+            case.numerics.epsilon = 0.0;
+            case.numerics.method = Method::Auto;
+        }
+        Job::Solve(case)
+    }
+}
+
+/// Makes a job of any kind that follows a path.
+fn job() -> impl Strategy<Value = Job> {
+    prop_oneof![
+        3 => solved_job(),
+        1 => (solved_job(), 1u32..1000, 1u32..64).prop_map(|(job, repeat, threads)| {
+            Job::Cost { case: job.case().unwrap().clone(), repeat, threads }
+        }),
+    ]
+}
+
+prop_compose! {
+    /// A job without rolling.
+    fn plain_job()(
         foundation in foundation(),
         shape in shape(),
         material in prop::option::of(material()),
@@ -626,6 +722,7 @@ prop_compose! {
         loading in loading(),
         interior in prop::option::of(interior()),
         numerics in numerics(),
+        wear in prop::option::of((0.0..1e-9f64, any::<bool>(), 1u32..1000)),
     ) -> Job {
         let mut interior = interior;
         if let Some(InteriorQuestion { depths, points, .. }) = &mut interior {
@@ -636,8 +733,12 @@ prop_compose! {
         let scene = Scene {
             foundation,
             punch: Punch { shape, material },
-            friction: Friction { mu },
-            wear: None,
+            friction: Friction { mu: if wear.is_some() { mu + 0.1 } else { mu } },
+            wear: wear.map(|(coefficient, update, repeat)| Wear {
+                coefficient,
+                update,
+                repeat: if loading.cycle_from.is_some() { repeat } else { 1 },
+            }),
             domain,
             loading,
             interior,
@@ -646,35 +747,51 @@ prop_compose! {
     }
 }
 
+/// Returns the only job of a study, or the first of several.
 fn read_job(text: &str) -> Job {
     let text = format!("name = \"job\"\n{text}");
     let study = Study::parse(&text, "job.toml", &mut from_store);
     study.unwrap_or_else(|error| panic!("{text}\n{error}")).points()[0].job.clone()
 }
 
+/// Returns the text of a study that has a job as its first: one of cost compares three meshes.
+fn written(job: &Job) -> String {
+    let text = job.to_toml();
+    let Job::Cost { case, .. } = job else { return text };
+    let [x, y] = case.numerics.mesh.sides();
+    let first = match case.numerics.mesh {
+        Mesh::Across(n) => n.to_string(),
+        Mesh::Exact(_) => format!("[{x}, {y}]"),
+    };
+    let others: Vec<u32> = (1..5).filter(|n| *n != x && *n != y).take(2).collect();
+    format!("{text}[sweep]\nnumerics.mesh = [{first}, {}, {}]\n", others[0], others[1])
+}
+
 proptest! {
-    /// Serde's names are the file's names: what serde writes as TOML is read as the same job.
+    /// Serde's names are the file's names, but those of what rolls, which stand deeper: what serde writes
+    /// as TOML is read as the same job.
     #[test]
-    fn what_serde_writes_is_read(job in job()) {
+    fn what_serde_writes_is_read(job in plain_job()) {
         let written = toml::to_string(&job).unwrap();
         prop_assert_eq!(read_job(&written), job);
     }
 
     #[test]
     fn what_a_job_writes_is_read(job in job()) {
-        prop_assert_eq!(read_job(&job.to_toml()), job.clone());
-        let mut plain = job.case().unwrap().clone();
-        plain.scene.loading = plain.scene.loading.normalised();
-        let plain = Job::Solve(plain);
+        prop_assert_eq!(read_job(&written(&job)), job.clone());
+        let mut plain = job.clone();
+        let (Job::Solve(case) | Job::Cost { case, .. }) = &mut plain else { panic!("{job:?}") };
+        let is_imposed = matches!(&case.scene.punch.shape, Shape::WheelOnRail(wheel) if wheel.motion.is_some());
+        case.scene.loading = case.scene.loading.normalised(is_imposed);
         prop_assert_eq!(plain.key(), job.key());
-        prop_assert_eq!(read_job(&plain.to_toml()).canonical(), job.canonical());
+        prop_assert_eq!(read_job(&written(&plain)).canonical(), job.canonical());
         prop_assert_eq!(Job::parse(&job.canonical()).ok(), Some(plain));
     }
 
     /// Every key that a study gives has a column, with the value that was given, under its name and
     /// under its path.
     #[test]
-    fn every_key_of_a_job_fills_its_column(job in job()) {
+    fn every_key_of_a_job_fills_its_column(job in solved_job()) {
         let study = Study::parse(&format!("name = \"job\"\n{}", job.to_toml()), "job.toml", &mut from_store).unwrap();
         let point = study.point(0).unwrap();
         let columns = study.columns();
@@ -682,7 +799,18 @@ proptest! {
         let json = serde_json::to_value(&job).unwrap();
         let scene = &job.case().unwrap().scene;
         for key in Key::all(|list| if list == Key::Layers { scene.foundation.layers.len() as u32 } else { scene.loading.steps.len() as u32 }) {
-            let path = key.path().replace('[', ".").replace(']', "");
+            let mut path = key.path().replace('[', ".").replace(']', "");
+            // A distance is written with the increments that divide it.
+            let is_passing = |step: &Step| step.rolling.is_some_and(|rolling| rolling.history == RollingHistory::Transient);
+            if matches!(key, Key::Dq(step) if is_passing(&scene.loading.steps[step as usize])) {
+                continue;
+            }
+            let is_of_rolling = matches!(key, Key::CreepageX(_) | Key::CreepageY(_) | Key::Spin(_) | Key::Dq(_));
+            let is_of_motion = matches!(key, Key::Speed | Key::AngularSpeed | Key::LateralVelocity | Key::YawRate | Key::RollRate);
+            if is_of_rolling || is_of_motion {
+                let (table, name) = path.rsplit_once('.').unwrap();
+                path = format!("{table}.{}.{name}", if is_of_rolling { "rolling" } else { "motion" });
+            }
             let given = path.split('.').try_fold(&json, |at, name| match name.parse::<usize>() {
                 Ok(index) => at.get(index),
                 Err(_) => at.get(name),
@@ -696,7 +824,7 @@ proptest! {
                 for name in [key.column(), key.path(), key.short()] {
                     prop_assert_eq!(value(&name).and_then(|value| value.as_f64()), Some(expected), "{}", name);
                 }
-            } else if given.is_none() && !matches!(key, Key::InteriorDepth | Key::Layers | Key::Cycles | Key::Increments(_) | Key::Epsilon | Key::DomainCenterX | Key::DomainCenterY) {
+            } else if given.is_none() && !matches!(key, Key::InteriorDepth | Key::Layers | Key::Cycles | Key::Increments(_) | Key::Distance(_) | Key::Steady(_) | Key::Direction(_) | Key::SpinCenter(_) | Key::WearUpdate | Key::WearRepeat | Key::Epsilon | Key::DomainCenterX | Key::DomainCenterY) {
                 // A key without a default is missing, if there is a column for it at all.
                 prop_assert_eq!(value(&key.column()).unwrap_or(Value::Missing), Value::Missing, "{}", key.column());
             }

@@ -64,6 +64,7 @@ fn a_depth_is_an_axis_and_a_column() {
     assert_eq!(depths[0], Value::Number(1e-4));
     assert_eq!(depths[2], Value::Number(1e-3));
     assert!(columns::find(&columns, "von_mises_max").is_some());
+    assert_eq!(study.figures()[0].y, ["plane_von_mises"], "nothing else varies with the depth");
 }
 
 /// A job is written as it is asked for, and a list of one depth has its column.

@@ -40,6 +40,7 @@ fn the_keys_of_a_step_make_its_rolling() {
         spin_center: 1e-3,
         direction: RollingDirection::Backward,
         dq: None,
+        distance: None,
         history: RollingHistory::Steady,
         imposed: ImposedCreepages::default(),
     };
@@ -60,16 +61,11 @@ fn the_keys_of_a_step_make_its_rolling() {
 fn a_distance_is_divided_evenly() {
     for (given, increments, dq) in [
         ("distance = \"12 mm\", increments = 5", 5, 0.012 / 5.0),
-        ("distance = \"12 mm\"", 0, 0.0),
         ("distance = \"12 mm\", dq = \"2 mm\"", 6, 0.002),
         ("distance = \"1.1 m\", dq = \"0.1 m\"", 11, 1.1 / 11.0),
         ("distance = \"12.1 mm\", dq = \"2 mm\"", 7, 0.0121 / 7.0),
         ("distance = \"12 mm\", dq = \"1 m\"", 1, 0.012),
     ] {
-        if increments == 0 {
-            assert!(read(&text(&format!("{{ approach = 1e-5, {given} }}"), "")).is_err());
-            continue;
-        }
         let step = steps(&format!("{{ approach = 1e-5, creepage_y = 1e-3, {given} }}"))[0];
         let rolling = step.rolling.unwrap();
         assert_eq!((step.increments, rolling.dq), (increments, Some(dq)), "{given}");
@@ -117,7 +113,11 @@ fn steps_that_cannot_roll_are_refused() {
         ("steady and a distance", "steady = true, distance = \"1 mm\""),
         ("steady in increments", "steady = true, increments = 3"),
         ("steady in words", "steady = \"yes\""),
-        ("undivided distance", "distance = \"10 mm\""),
+        ("several creepages without rolling", "direction = \"backward\", spin = 1, creepage_x = 0"),
+        ("distance in countless increments", "distance = \"10 mm\", dq = 1e-300"),
+        ("distance in more increments than numbers", "distance = \"10 mm\", dq = 5e-324"),
+        ("distance that cannot be divided", "distance = 5e-324, increments = 2"),
+        ("distance to the back, undivided", "distance = \"-10 mm\""),
         ("distance divided twice", "distance = \"10 mm\", dq = \"1 mm\", increments = 10"),
         ("distance in no increments", "distance = \"10 mm\", increments = 0"),
         ("distance in too many increments", "distance = \"10 mm\", dq = \"1 um\""),
@@ -177,12 +177,87 @@ prop_compose! {
             spin_center: if spin.is_some() { center } else { 0.0 },
             direction: if is_backward { RollingDirection::Backward } else { RollingDirection::Forward },
             dq: if is_steady { dq } else { Some(distance / f64::from(increments)) },
+            distance: None,
             history: if is_steady { RollingHistory::Steady } else { RollingHistory::Transient },
             imposed: ImposedCreepages::default(),
         };
         let increments = if is_steady { 1 } else { increments };
         Step { normal_force: Some(1e3), increments, rolling: Some(rolling), ..Step::default() }
     }
+}
+
+/// A distance that nothing else divides is divided by the elements, which the job does not know.
+#[test]
+fn a_distance_alone_is_left_to_the_elements() {
+    let given = "{ normal_force = \"80 kN\", distance = \"10 mm\", creepage_x = 1e-3 }";
+    let study = read(&text(given, "")).unwrap();
+    let job = &study.points()[0].job;
+    let step = job.case().unwrap().scene.loading.steps[0];
+    let rolling = step.rolling.unwrap();
+    assert_eq!((step.increments, rolling.dq, rolling.distance), (1, None, Some(0.01)));
+    assert_eq!(rolling.history, RollingHistory::Transient);
+    let written = job.to_toml();
+    assert!(written.contains("distance = 0.01") && !written.contains("increments"), "{written}");
+    assert_eq!(Job::parse(&job.canonical()).unwrap(), *job);
+    let columns = study.columns();
+    let value = |name: &str| {
+        columns::find(&columns, name).map(|column| column.value(&study.points()[0], None))
+    };
+    assert_eq!(value("distance"), Some(study::Value::Number(0.01)));
+    assert_eq!(value("dq").unwrap_or(study::Value::Missing), study::Value::Missing);
+    assert_eq!(value("increments"), Some(study::Value::Missing));
+}
+
+/// What is 0 unless it is given leaves no trace where 0 is given.
+#[test]
+fn creepages_of_nothing_leave_no_trace() {
+    let key = |steps: &str| read(&text(steps, "")).unwrap().points()[0].key;
+    let same = |steps: [&str; 2]| assert_eq!(key(steps[0]), key(steps[1]), "{steps:?}");
+    let differ = |steps: [&str; 2]| assert_ne!(key(steps[0]), key(steps[1]), "{steps:?}");
+    let press = "normal_force = \"80 kN\"";
+    let roll = |more: &str| format!("{{ {press}, steady = true, spin = 0.1{more} }}");
+    same([&roll(""), &roll(", creepage_x = 0, creepage_y = -0.0")]);
+    same([
+        &format!("{{ {press}, steady = true }}"),
+        &format!("{{ {press}, steady = true, spin = 0, spin_center = 1e-3 }}"),
+    ]);
+    // A force of the step before would govern it.
+    let pull = |more: &str| format!("{{ {press}, force_x = \"1 kN\" }}, {{ steady = true{more} }}");
+    same([&pull(""), &pull(", creepage_y = 0")]);
+    differ([&pull(""), &pull(", creepage_x = 0")]);
+}
+
+/// A flag is true or false in conditions, as it is in the file.
+#[test]
+fn conditions_know_flags() {
+    let steps = "{ normal_force = \"80 kN\", creepage_x = 1e-3, steady = true }";
+    let axes =
+        "[sweep]\nfriction.mu = [0.1, 0.3]\n[[exclude]]\nwhen = \"steady == true && mu > 0.2\"\n";
+    let study = read(&text(steps, axes)).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((study.len(), study.points().len()), (2, 1));
+    let columns = study.columns();
+    let column = columns::find(&columns, "steady").unwrap();
+    assert_eq!(column.values(), study::ValueType::Flag);
+    assert_eq!(column.value(&study.points()[0], None), study::Value::Flag(true));
+    // Python and pandas write them with capitals.
+    let listed = text(steps, "[points]\nfile = \"points.csv\"\n");
+    let with_file = |lines: &str| {
+        let bytes = format!("loading.steps[0].steady,loading.steps[0].distance\n{lines}");
+        let mut file =
+            |_: &str| Ok(NamedFile { bytes: bytes.clone().into_bytes(), may_quote: true });
+        Study::parse(&listed, "study.toml", &mut file)
+    };
+    let distance = |word: &str| format!("{word},0.001\n");
+    for word in ["false", "False"] {
+        let study = with_file(&distance(word)).unwrap_or_else(|error| panic!("{error}"));
+        let step = study.points()[0].job.case().unwrap().scene.loading.steps[0];
+        assert_eq!(step.rolling.unwrap().history, RollingHistory::Transient);
+    }
+    for word in ["true", "True"] {
+        let error = with_file(&distance(word)).unwrap_err().to_string();
+        assert!(error.contains("cannot stand beside"), "{error}");
+    }
+    assert!(with_file(&distance("yes")).unwrap_err().to_string().contains("true or false"));
 }
 
 proptest! {

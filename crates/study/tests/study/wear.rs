@@ -52,6 +52,14 @@ fn the_keys_of_wear_make_it() {
     assert_eq!(wear(""), None);
 }
 
+#[test]
+fn a_figure_over_the_coefficient_shows_the_depth_of_wear() {
+    let axis = "[sweep]\nwear.coefficient = [1e-14, 1e-13]";
+    let study = read(&text("wear.coefficient = 1e-14", axis)).unwrap();
+    assert_eq!(study.figures()[0].y, ["wear_depth"]);
+    assert_eq!(study.points()[0].job.asked_columns(), ["wear_depth"]);
+}
+
 /// What says nothing of wear is the job that it always was, and defaults leave no trace.
 #[test]
 fn a_job_without_wear_does_not_mention_it() {
@@ -114,6 +122,7 @@ fn wear_that_cannot_be_is_refused_in_words() {
     let updated = "wear = { coefficient = 1e-14, update = true, repeat = 10 }";
     let replaced = |given: &str, from: &str, to: &str| text(given, "").replace(from, to);
     for (name, text) in [
+        ("nothing of friction", replaced("wear.coefficient = 1e-14", "friction.mu = 0.6\n", "")),
         ("no friction", replaced("wear.coefficient = 1e-14", "mu = 0.6", "mu = 0")),
         (
             "no friction on an axis",

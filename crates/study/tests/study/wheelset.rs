@@ -130,6 +130,9 @@ fn motions_that_make_no_sense_are_refused() {
                   poisson = 0.28 }\npunch = { shape = \"sphere\", radius = 1, speed = 20 }\n\
                   loading.steps = [{ normal_force = 1e3, steady = true }]\n[numerics]\nmesh = 16\n";
     said += &format!("## a speed of a sphere\n{}\n", read(sphere).expect_err("a sphere"));
+    let search = format!("kind = \"multiplicity\"\n{}", text(speed, "{ approach = 1e-5 }", ""));
+    let error = read(&search).expect_err("a search");
+    said += &format!("## a speed in a search\n{error}\n");
     let axis = "[sweep]\n\"punch.speed\" = [\"10 m/s\", \"0 m/s\"]";
     let error = read(&text(speed, ROLLS, axis)).expect_err("an axis");
     said += &format!("## an axis of speeds with one of 0\n{error}\n");

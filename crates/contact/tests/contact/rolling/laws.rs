@@ -186,6 +186,172 @@ fn effects_left_out_change_nothing() {
     }
 }
 
+/// The mesh is large enough that every loop is shared between threads.
+#[test]
+fn what_rolls_has_the_same_bytes_on_any_number_of_threads() {
+    let along = |history| Rolling {
+        creepage_x: Some(0.008),
+        creepage_y: Some(0.003),
+        spin: Some(0.01),
+        ..rolling(history)
+    };
+    for history in [RollingHistory::Steady, RollingHistory::Transient] {
+        let mut scene = sphere([0.2, 0.4], along(history));
+        let first = scene.loading.steps[0];
+        scene.loading.steps.insert(0, Step { rolling: None, ..first });
+        let numerics = numerics(Mesh::Across(190), Projection::Midpoint, 1e-8);
+        let solved_on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap()
+            })
+        };
+        let one = solved_on(1);
+        assert_eq!(one.0.status, Status::Certified);
+        assert!(one.0.estimate.is_some());
+        // Every digit of a double goes into its debug text.
+        let texts = [2, 3].map(|threads| format!("{:?}", solved_on(threads)));
+        assert!(texts.iter().all(|text| *text == format!("{one:?}")), "{history:?}");
+    }
+}
+
+/// The estimate of a creep force covers the distance to the limit of fine meshes on nearly all
+/// meshes, and is not many times as large. A creepage under a force is a motion over the distance,
+/// whatever that is on the coarser grid.
+#[test]
+fn creep_forces_are_as_near_as_they_are_estimated() {
+    let zero = rolling(RollingHistory::Steady);
+    let [along, across] = [Some(0.013464), Some(0.008)];
+    let scenes = [
+        (PAIR, Rolling { creepage_x: along, ..zero }),
+        (PAIR, Rolling { creepage_y: across, ..zero }),
+        (PAIR, Rolling { creepage_x: across, spin: Some(0.01), ..zero }),
+        ([0.2, 0.4], Rolling { creepage_x: along, ..zero }),
+        ([0.2, 0.4], Rolling { creepage_x: Some(0.03), creepage_y: across, ..zero }),
+    ];
+    let (mut covered, mut count, mut excess) = (0, 0, Vec::new());
+    for (pair, rolling) in scenes {
+        let solved = |n: u32| {
+            let numerics = numerics(Mesh::Across(n), Projection::Average, 1e-8);
+            let scene = sphere(pair, rolling);
+            let (outcome, _) =
+                solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+            assert_eq!(outcome.status, Status::Certified);
+            let o = outcome.last().unwrap().observables;
+            let estimated = outcome.estimate.unwrap().figures.tangential_force.unwrap();
+            ([o.force_x, o.force_y], estimated)
+        };
+        // Errors are of first order, so that two fine meshes give the limit.
+        let [(half, _), (fine, _)] = [96, 192].map(solved);
+        let limit = [0, 1].map(|c| 2.0 * fine[c] - half[c]);
+        for n in [12, 16, 20, 24, 32, 40, 48, 64] {
+            let (force, estimated) = solved(n);
+            let error = (force[0] - limit[0]).hypot(force[1] - limit[1]) / limit[0].hypot(limit[1]);
+            println!("{pair:?} {n:3}: estimated {estimated:.1e}, off by {error:.1e}");
+            covered += usize::from(error <= estimated);
+            count += 1;
+            excess.push(estimated / error);
+        }
+    }
+    excess.sort_by(f64::total_cmp);
+    let median = excess[count / 2];
+    println!("{covered} of {count} covered, median {median:.1}");
+    assert!(20 * covered >= 19 * count && median < 4.0, "{covered} of {count}, {median}");
+
+    let mut scene = sphere(PAIR, Rolling { creepage_x: None, ..zero });
+    let step = &mut scene.loading.steps[0];
+    step.force_x = step.normal_force.map(|load| 0.12 * load);
+    let numerics = numerics(Mesh::Across(32), Projection::Average, 1e-8);
+    let (outcome, _) =
+        solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+    let estimated = outcome.estimate.unwrap().figures.shift.unwrap();
+    assert!(estimated < 0.15, "{estimated:e}");
+}
+
+/// A distance that nothing else divides is divided by the elements, on every grid by those of the
+/// grid that was asked for.
+#[test]
+fn a_distance_alone_is_divided_by_the_elements() {
+    let creeping = Rolling { creepage_x: Some(0.008), ..rolling(RollingHistory::Transient) };
+    let numerics = numerics(Mesh::Across(16), Projection::Average, 1e-10);
+    let run = |rolling: Rolling, increments: u32| {
+        let mut scene = sphere(PAIR, rolling);
+        scene.loading.steps[0].increments = increments;
+        let surfaces = Surfaces::new();
+        let outcome = solve(&scene, &numerics, &surfaces, &mut Operators::default()).unwrap().0;
+        (outcome, contact::forecast(&scene, &numerics, &surfaces).unwrap())
+    };
+    // An element is 0.15 long.
+    let (outcome, forecast) = run(Rolling { distance: Some(0.7), ..creeping }, 1);
+    let (expected, expected_forecast) = run(Rolling { dq: Some(0.7 / 5.0), ..creeping }, 5);
+    assert_eq!((outcome.steps.len(), forecast.increments), (5, 5));
+    assert_eq!((&outcome, forecast), (&expected, expected_forecast));
+    assert!(outcome.estimate.is_some());
+    assert_eq!(run(Rolling { distance: Some(0.6), ..creeping }, 1).0.steps.len(), 4);
+    let far = sphere(PAIR, Rolling { distance: Some(1e3), ..creeping });
+    let error = solve(&far, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap_err();
+    assert_eq!(error.key, "loading.steps[0].distance");
+    assert_eq!(
+        error.expected,
+        "must leave at most 1000 increments on the path: elements of 1.500e-1 m divide it into \
+         6.667e3; give `dq` or `increments`"
+    );
+    for (given, increments) in [
+        (Rolling { distance: Some(1.0), dq: Some(0.1), ..creeping }, 1),
+        (Rolling { distance: Some(1.0), ..creeping }, 2),
+        (Rolling { distance: Some(1.0), history: RollingHistory::Steady, ..creeping }, 1),
+        (Rolling { distance: Some(-1.0), ..creeping }, 1),
+    ] {
+        let mut scene = sphere(PAIR, given);
+        scene.loading.steps[0].increments = increments;
+        assert_eq!(scene.validate().unwrap_err().key, "loading.steps[0].distance", "{given:?}");
+    }
+}
+
+/// The leading edge is where the material enters, and every increment that rolls has one.
+#[test]
+fn the_leading_edge_is_on_the_side_that_the_contact_travels_to() {
+    let forward = Rolling { creepage_x: Some(0.008), ..rolling(RollingHistory::Transient) };
+    let backward = Rolling { direction: RollingDirection::Backward, ..forward };
+    let edges = |rolling: Rolling| {
+        let mut scene = sphere(PAIR, rolling);
+        let roll = scene.loading.steps[0];
+        let press = Step { rolling: None, ..roll };
+        scene.loading.steps = vec![press, Step { normal_force: None, increments: 2, ..roll }];
+        let numerics = numerics(Mesh::Across(16), Projection::Average, 1e-8);
+        let (outcome, _) =
+            solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+        outcome.further.leading_edges
+    };
+    // The contact has a radius of about 1, which are seven elements.
+    let ahead = edges(forward);
+    assert!(ahead.len() == 3 && ahead[0].is_none() && ahead[1] == ahead[2], "{ahead:?}");
+    assert!((ahead[2].unwrap() - 1.05).abs() < 1e-12, "{ahead:?}");
+    let behind = edges(backward);
+    assert!((behind[2].unwrap() + 1.05).abs() < 1e-12, "{behind:?}");
+}
+
+/// Operators of many distances are kept within their budget, and so is their forecast.
+#[test]
+fn the_memory_of_many_distances_is_bounded() {
+    let memory = |count: u32| {
+        let roll = |number: u32| Step {
+            rolling: Some(Rolling {
+                creepage_x: Some(0.008),
+                dq: Some(0.01 + 1e-4 * f64::from(number)),
+                ..rolling(RollingHistory::Transient)
+            }),
+            ..Step::default()
+        };
+        let mut scene = sphere(PAIR, rolling(RollingHistory::Transient));
+        scene.loading.steps.extend((0..count).map(roll));
+        let numerics = numerics(Mesh::Across(256), Projection::Average, 1e-8);
+        contact::forecast(&scene, &numerics, &Surfaces::new()).unwrap().memory
+    };
+    assert_eq!(memory(20), memory(40));
+    assert!(memory(20) > memory(5) && memory(20) < 800_000_000, "{}", memory(20));
+}
+
 #[test]
 fn steps_that_cannot_roll_are_refused() {
     let steady = sphere(PAIR, rolling(RollingHistory::Steady));

@@ -61,12 +61,16 @@ fn without_slip_it_comes_to_kalkers_coefficients() {
             let [coarse, fine] = [coarse[c], fine[c]].map(|value| value / exact[c] - 1.0);
             let order = (coarse / fine).abs().log2() / 2.0;
             let place = format!("{radii:?}, ν = {poisson}, {c}: {coarse:e} {fine:e}");
-            // C₂₃ has so little of the first order that the next one shows.
-            assert!(fine.abs() < 0.08, "{place}");
-            assert!((order - 1.0).abs() < 0.3 || fine.abs() < 1e-3, "{place}");
+            // C₂₃ has so little of the first order that the next one shows, which is faster.
+            let (orders, most) = match c {
+                2 | 3 => (0.95..1.6, 1e-3),
+                _ => (0.95..1.1, 2e-3),
+            };
+            assert!(fine.abs() < 0.06, "{place}");
+            assert!(orders.contains(&order), "{place}: {order}");
             // What is linear in the element's length taken away, the coefficient is left.
             let limit = (4.0 * fine - coarse) / 3.0;
-            assert!(limit.abs() < 3e-3, "{place}: {limit:e}");
+            assert!(limit.abs() < most, "{place}: {limit:e}");
         }
     }
 }
@@ -103,9 +107,13 @@ fn theories_foretell_a_scene() {
                 let linear = theory.linear;
                 let linear_apart = (o.force_x - linear.force_x).hypot(o.force_y - linear.force_y);
                 assert!(linear_apart <= share * size, "{creepages:?}: {linear:?} {o:?}");
-                let turns_alone = spin == Some(0.0);
-                let share = if turns_alone { 0.05 } else { 0.5 };
-                assert!((o.moment_z / linear.moment_z - 1.0).abs() < share, "{linear:?} {o:?}");
+                // Of the two parts of the moment, backwards one is the other's opposite.
+                let exact = KalkerCoefficients::new(1.0, 0.28).unwrap();
+                let radius = (o.contact_area / std::f64::consts::PI).sqrt();
+                let of_creepage = exact.c23 * creepages[1].abs() * radius.powi(3);
+                let of_spin = exact.c33 * creepages[2].abs() * radius.powi(4);
+                let slack = 0.01 * of_creepage + 0.07 * of_spin;
+                assert!((o.moment_z - linear.moment_z).abs() < slack, "{linear:?} {o:?}");
             }
             // They are silent where they do not hold.
             let silent = |change: &dyn Fn(&mut Scene)| {

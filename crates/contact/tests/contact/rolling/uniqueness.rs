@@ -22,6 +22,7 @@ fn the_symmetric_part_is_positive_on_contacts() {
         let mut before = 0.0;
         for part in [0.1, 0.25, 0.5, 1.0, 1.3] {
             let found = SymmetricPart::of(&scene, projection, &fields, part * fields.element[0])
+                .unwrap()
                 .unwrap_or_else(|| panic!("{projection:?} {part}"));
             assert!(found.elements > 100 && found.smallest < 1.0);
             // The longer the way up to an element, the more of A is left.
@@ -38,8 +39,24 @@ fn the_symmetric_part_is_positive_on_contacts() {
 fn the_symmetric_part_of_layers_is_positive() {
     let (mut scene, fields) = contact(12, Projection::Average);
     scene.foundation.layers = vec![Layer { shear_modulus: 0.01, poisson: 0.5, thickness: 0.1 }];
-    let found = SymmetricPart::of(&scene, Projection::Average, &fields, 0.3).unwrap();
+    let found = SymmetricPart::of(&scene, Projection::Average, &fields, 0.3).unwrap().unwrap();
     assert!(found.smallest > 0.0, "{found:?}");
+}
+
+/// Its time and memory are bounded: what is larger is refused before anything is evaluated.
+#[test]
+fn the_symmetric_part_of_many_elements_is_refused() {
+    let (scene, mut fields) = contact(12, Projection::Midpoint);
+    fields.shape = [46, 46];
+    fields.pressure = vec![1.0; 46 * 46];
+    let error = SymmetricPart::of(&scene, Projection::Midpoint, &fields, 0.1).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "numerics.mesh = 2116 elements in contact: must be coarser: the factorisation is for at \
+         most 2048 of them"
+    );
+    fields.pressure = vec![0.0; 46 * 46];
+    assert_eq!(SymmetricPart::of(&scene, Projection::Midpoint, &fields, 0.1), Ok(None));
 }
 
 #[test]
@@ -66,7 +83,7 @@ fn table_of_smallest_eigenvalues() {
             let cell = |part: f64| {
                 let started = std::time::Instant::now();
                 let distance = part * fields.element[0];
-                let found = SymmetricPart::of(&scene, projection, &fields, distance);
+                let found = SymmetricPart::of(&scene, projection, &fields, distance).unwrap();
                 let text = found.map_or("none".to_owned(), |f| format!("{:.2e}", f.smallest));
                 format!("{text} ({:.1} s)", started.elapsed().as_secs_f64())
             };
