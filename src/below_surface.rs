@@ -101,6 +101,15 @@ pub(crate) fn fields(
         CutPlane::X(place) | CutPlane::Y(place) => {
             let across = usize::from(matches!(cut, CutPlane::Y(_)));
             let along = 1 - across;
+            let start = corner[across];
+            let end = start + f64::from(fields.shape[across]) * fields.element[across];
+            if !(start..=end).contains(&place) {
+                bail!(
+                    "--plane {}={place:e} m: must be in Ω, from {start:e} to {end:e} m: a section \
+                     goes through its elements",
+                    ["x", "y"][across]
+                );
+            }
             let SectionStress { place, row, rows, stresses } =
                 below.section(across, place, *down_to).ok_or_else(rigid)?;
             let grid = FieldGrid {

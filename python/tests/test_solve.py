@@ -42,6 +42,18 @@ def test_a_scene_is_solved_as_the_command_solves_it(scene, tmp_path):
     assert np.array_equal(written[~np.isnan(written)], result.pressure[result.state > 0])
 
 
+def test_a_result_has_every_plane_and_point_below_the_surface(scene):
+    asked = {"depths": [2e-4, 1e-4], "points": [[0, 0, 1e-4], [0, 0, 0]]}
+    study = {"name": "below", "scene": scene, "interior": asked, "numerics": {"mesh": 16}}
+    result = tribosweep.solve(study)
+    assert [plane["depth"] for plane in result.planes] == [1e-4, 2e-4]
+    assert result.planes[0]["von_mises"] == result.plane_von_mises
+    assert [point["z"] for point in result.points] == [1e-4, 0]
+    assert result.points[0]["xx"] == result.stress_xx
+    silent = tribosweep.solve(scene, {"mesh": 16})
+    assert silent.planes == [] and silent.points == []
+
+
 def test_a_result_has_figures_and_fields_with_units(scene):
     result = tribosweep.solve(scene, {"mesh": 24})
     assert result.certified and result.status == "certified"

@@ -119,6 +119,16 @@ class Result:
         return self.json["job"]
 
     @property
+    def planes(self) -> list[dict[str, float]]:
+        """The largest stresses on every plane that `[interior]` asks for, from the surface down."""
+        return self.json.get("planes", [])
+
+    @property
+    def points(self) -> list[dict[str, float]]:
+        """The stress at every point that `[interior]` asks for, in the order of the study."""
+        return self.json.get("points", [])
+
+    @property
     def provenance(self) -> dict[str, Any]:
         """What computed it: program, machine, command line, and digests of the study's files."""
         return self.json["provenance"]

@@ -23,6 +23,7 @@ use study::{Ending, Job, Kind, Record, Study, StudyPoint};
 
 use crate::comparison::AnswerTable;
 use crate::error::AnswerError;
+use crate::interior;
 use crate::perform::Performed;
 
 pub use size::RecordSize;
@@ -94,7 +95,10 @@ pub fn perform(
 pub fn tables_of(record: &Record) -> Result<Vec<AnswerTable>, AnswerError> {
     match &record.ending {
         Ending::Searched(found) => multiplicity::tables(found),
-        Ending::Finished(_) | Ending::Bracketed(_) | Ending::Quarantined { .. } => Ok(Vec::new()),
+        Ending::Finished(outcome) => {
+            outcome.further.interior.as_ref().map_or(Ok(Vec::new()), interior::tables)
+        }
+        Ending::Bracketed(_) | Ending::Quarantined { .. } => Ok(Vec::new()),
     }
 }
 

@@ -36,6 +36,7 @@ pub mod effects;
 mod error;
 mod evidence;
 mod influence;
+mod interior;
 mod kind;
 pub mod patches;
 mod path;

@@ -20,7 +20,7 @@ use crate::records::{RecordMap, Records};
 use crate::rows::{heads, increments, row};
 use crate::undrawn::{IS_CERTIFIED, Undrawn, only_certified};
 use crate::variation::{Variation, noise, variation};
-use crate::warnings::{RequiredError, Subject, Warning, of_elements, of_estimates};
+use crate::warnings::{RequiredError, Subject, Warning, of_elements, of_estimates, of_interiors};
 
 /// The points of a study, with the records that their jobs have left.
 pub struct Results<'r> {
@@ -174,6 +174,7 @@ impl<'r> Results<'r> {
         };
         let all: Vec<&StudyPoint> = self.points.iter().collect();
         let mut warnings = of_elements(&of(&all), Subject::Points);
+        warnings.extend(of_interiors(&of(&all), Subject::Points));
         if !matches!(self.study.kind(), Kind::Solve | Kind::Sensitivity) {
             return warnings;
         }

@@ -25,6 +25,10 @@ const LARGE: f64 = 0.1;
 /// often small differences, whose relative errors are large and mean little.
 const FIGURES: [&str; 5] = ["load", "approach", "tangential_force", "shift", "peak_pressure"];
 
+/// The relative difference between two ways to the stresses below the surface above which neither
+/// is trusted.
+const LARGE_RESIDUAL: f64 = 1e-5;
+
 /// The errors that an estimate is held against.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RequiredError {
@@ -83,6 +87,7 @@ const COUNTS: [ElementCount; 2] = [
 /// Returns the doubts about one result of a scene, whatever its study asks.
 pub fn warnings(record: &Record) -> Vec<Warning> {
     let mut warnings = of_elements(&[record], Subject::OneResult);
+    warnings.extend(of_interiors(&[record], Subject::OneResult));
     warnings.extend(of_estimates(&[record], Subject::OneResult, &RequiredError::LARGE));
     warnings
 }
@@ -104,6 +109,28 @@ pub(crate) fn of_elements(records: &[&Record], subject: Subject) -> Vec<Warning>
         })
     };
     COUNTS.iter().filter_map(warning).collect()
+}
+
+/// Warns of certified results whose stresses below the surface two ways do not agree on.
+pub(crate) fn of_interiors(records: &[&Record], subject: Subject) -> Option<Warning> {
+    let residual = |record: &&&Record| {
+        let outcome = record.outcome().filter(|_| record.is_certified())?;
+        let residual = outcome.further.interior.as_ref()?.residual?;
+        // What is not a number is not small.
+        (residual.is_nan() || residual > LARGE_RESIDUAL).then_some(residual)
+    };
+    let concerned: Vec<f64> = records.iter().filter_map(|record| residual(&record)).collect();
+    let worst = concerned.iter().copied().reduce(f64::max)?;
+    Some(Warning {
+        words: format!(
+            "stresses below the surface{} differ by up to {} between two ways to them: the \
+             foundation or the places are beyond what doubles resolve",
+            subject.of(concerned.len()),
+            percent(worst)
+        ),
+        filter: format!("interior_residual > {LARGE_RESIDUAL:e}"),
+        steps: false,
+    })
 }
 
 fn steps_of(record: &Record) -> &[StepOutcome] {

@@ -44,10 +44,17 @@ pub fn forecast(
     surfaces: &Surfaces,
 ) -> Result<Forecast, SceneError> {
     let scene = &*on_grid(scene, numerics, surfaces)?;
-    let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?);
+    let domain = domain(scene, surfaces)?;
+    let layout = Layout::new(scene, numerics, &domain);
     let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;
-    check_distances(scene, layout.element[0] * layout.half_diameter)?;
+    let element = layout.element.map(|side| side * layout.half_diameter);
+    check_distances(scene, element[0])?;
+    if let Some(question) = &scene.interior {
+        let size = [layout.nx as f64 * element[0], layout.ny as f64 * element[1]];
+        let middle = [domain.center_x, domain.center_y];
+        question.check_places(middle, size, element[0].min(element[1]))?;
+    }
     let elements = layout.nx as f64 * layout.ny as f64;
 
     let mut hasher = DefaultHasher::new();
@@ -176,19 +183,22 @@ fn forecast_interior(
     let loaded = 0.6 * elements;
     let searched = if !maximum {
         0
-    } else if depths.is_empty() {
+    } else {
         // A contact that fills Ω is some 0.4 Ω in radius.
         let [hx, hy] = layout.element.map(|side| side * layout.half_diameter);
         let radius = 0.4 * (layout.nx as f64 * hx).min(layout.ny as f64 * hy);
-        1 + interior::depths_searched(&scene.foundation, radius, hx.max(hy))
-    } else {
-        1 + depths.len()
+        let deepest = depths.iter().copied().fold(0.0, f64::max);
+        1 + interior::depths_searched(&scene.foundation, radius, hx.max(hy), deepest)
     };
     // The climbs to two largest stresses take some forty places each, at ten depths.
     let climbs = if *maximum { 2.0 } else { 0.0 };
     let planes = (depths.len() + searched) as f64;
-    let places = points.len() as f64 + 40.0 * climbs;
-    let tables = planes + points.len() as f64 + 20.0 * climbs;
+    // Some points are computed again, by quarters of elements, and the loads at some depths have
+    // tables of their own.
+    let checked = points.len().min(16) as f64;
+    let balanced = depths.len() as f64 + checked + climbs;
+    let places = points.len() as f64 + 4.0 * checked + 40.0 * climbs;
+    let tables = planes + points.len() as f64 + checked + 2.0 * balanced + 20.0 * climbs;
     let seconds = planes * plane * elements + places * point * loaded + tables * table;
     // A plane has its stresses, the blocks of its elements, and spectra of four times as many
     // elements for three loads and six stresses; a search keeps two measures of every plane.

@@ -36,4 +36,4 @@ pub use half_space::HalfSpace;
 pub use layered::Layered;
 pub(crate) use layered_stress::DepthSide;
 pub(crate) use rectangle::StressBlock;
-pub(crate) use subsurface::{StressKernels, interfaces};
+pub(crate) use subsurface::{StressKernels, interfaces, longest_length};

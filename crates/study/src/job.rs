@@ -219,9 +219,7 @@ impl Case {
                 }
             }
         }
-        if let Some(InteriorQuestion { depths, points, .. }) = &mut scene.interior {
-            depths.iter_mut().chain(points.iter_mut().flatten()).for_each(|x| *x += 0.0);
-        }
+        scene.interior = scene.interior.as_ref().map(InteriorQuestion::normalised);
         self.numerics.epsilon += 0.0;
         self.numerics.simulate.sort();
         self.numerics.simulate.dedup();

@@ -7,6 +7,7 @@
 pub mod convergence;
 pub mod cost;
 mod freedom;
+mod interior;
 mod multiplicity;
 mod rolling;
 mod rolling_theory;

@@ -242,7 +242,7 @@ mod tests {
             searched: Some([98.0, 99.0]),
             planes: vec![PlanePeaks { depth: 100.0, von_mises: peak, tresca: peak }],
             points: vec![PointStress { place: [101.0; 3], stress: Stress::default() }],
-            residual: 102.0,
+            residual: Some(102.0),
         }
     }
 

@@ -354,13 +354,13 @@ fn distance_of(dq: f64, increments: u32) -> f64 {
 }
 
 /// Returns what is asked of the stresses below the surface. One depth is a number, which may be an
-/// axis, and several are a list.
+/// axis, and a list too.
 fn of_interior(question: &InteriorQuestion, key: Key) -> Option<Setting> {
     let InteriorQuestion { maximum, depths, points } = question;
     match (key, &depths[..]) {
         (Key::InteriorMaximum, _) => maximum.then_some(Setting::Flag(true)),
         (Key::InteriorDepth, [depth]) => number(*depth),
-        (Key::InteriorDepths, [_, _, ..]) => Some(Setting::Lengths(depths.clone())),
+        (Key::InteriorDepths, [_, ..]) => Some(Setting::Lengths(depths.clone())),
         (Key::InteriorPoints, _) => (!points.is_empty()).then(|| Setting::Places(points.clone())),
         _ => None,
     }

@@ -25,6 +25,8 @@ impl Job {
             Key::Direction(_) => *setting == Setting::Word("forward".to_owned()),
             Key::Steady(_) => *setting == Setting::Flag(false),
             Key::Dq(step) => is_distance(step),
+            // One depth is written as a number.
+            Key::InteriorDepths => matches!(setting, Setting::Lengths(depths) if depths.len() == 1),
             _ => false,
         };
         let written =

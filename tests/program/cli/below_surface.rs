@@ -15,7 +15,8 @@ mesh = 16
 "#;
 
 fn below() -> Place {
-    let asked = "[interior]\nmaximum = true\ndepth = \"5 um\"\npoints = [[0, 0, \"5 um\"]]\n";
+    let asked =
+        "[interior]\nmaximum = true\ndepth = \"5 um\"\npoints = [[0, 0, \"5 um\"], [0, 0, 0]]\n";
     Place::with("one.toml", SPHERE.to_owned() + asked)
 }
 
@@ -44,6 +45,18 @@ fn planes_and_sections_are_computed_from_what_is_stored() {
     place.succeed("run one.toml --workers 1");
     let key = place.json("query one --json --select key")["rows"][0]["key"].clone();
     let key = key.as_str().unwrap();
+    // All planes and points are listed, to be read and as JSON.
+    let said = place.json(&format!("show {key} --json"));
+    assert_eq!(
+        (said["planes"][0]["depth"].as_f64(), said["planes"][1].as_f64()),
+        (Some(5e-6), None)
+    );
+    assert_eq!(said["points"].as_array().map(Vec::len), Some(2), "{said}");
+    let on_surface = said["points"][1]["zz"].as_f64().unwrap();
+    let peak = said["result"]["peak_pressure"].as_f64().unwrap();
+    assert!((on_surface / peak + 1.0).abs() < 0.05, "{said}");
+    let text = place.succeed(&format!("show {key}"));
+    assert!(text.contains("planes\n") && text.contains("points\n"), "{text}");
     let show = |plane: &str, more: &[&str]| {
         place.words(&[&["show", key, "--plane", plane], more].concat())
     };
@@ -67,6 +80,8 @@ fn planes_and_sections_are_computed_from_what_is_stored() {
         ("z=5 N", &[], "is a force, not a length"),
         ("z=5 um", &["--down-to", "1 um"], "only a section goes down"),
         ("x=0", &["--down-to=-1 um"], "must be above 0"),
+        ("x=1 m", &[], "must be in Ω, from -"),
+        ("y=-1 m", &[], "a section goes through its elements"),
         ("x=0", &["--field", "pressure"], "there are von_mises, tresca"),
         ("x=0", &["--output", "s.png"], "name it by --field (von_mises"),
         ("x=0", &["--output", "s.pvd"], "holds the fields of all increments"),

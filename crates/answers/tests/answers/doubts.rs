@@ -1,6 +1,8 @@
 //! Warnings of results whose errors are not estimated, or large beside what is asked.
 
 use answers::{Results, Warning, warnings};
+use contact::model::Interior;
+use study::Ending;
 
 use crate::shelf::Shelf;
 use crate::{SPHERES, parse};
@@ -65,4 +67,30 @@ fn one_result_has_its_doubts_without_a_study() {
     let found = warnings(results.record(&choice.points[0]).unwrap());
     let [_, doubt] = &found[..] else { panic!("{found:?}") };
     assert!(doubt.words.starts_with("no error is estimated: "), "{doubt:?}");
+}
+
+/// Stresses below the surface on which two ways do not agree are not shown without a word.
+#[test]
+fn stresses_with_a_large_residual_are_doubted() {
+    let study = parse(&format!(
+        "name = \"test\"\n{SPHERES}
+         loading.steps = [{{ approach = \"1 um\" }}]\n[numerics]\nmesh = 48\n"
+    ));
+    let mut shelf = Shelf::default();
+    let choice = shelf.run(&study);
+    let results = Results::read(study, &shelf).unwrap();
+    let doubts = |residual: Option<f64>| {
+        let mut record = results.record(&choice.points[0]).unwrap().clone();
+        let Ending::Finished(outcome) = &mut record.ending else { panic!("{record:?}") };
+        outcome.further.interior = Some(Interior { residual, ..Interior::default() });
+        warnings(&record)
+    };
+    assert_eq!(doubts(None), []);
+    assert_eq!(doubts(Some(1e-9)), []);
+    for residual in [0.02, f64::INFINITY] {
+        let found = doubts(Some(residual));
+        let [doubt] = &found[..] else { panic!("{found:?}") };
+        assert!(doubt.words.starts_with("stresses below the surface differ by up to"), "{doubt:?}");
+        assert_eq!(doubt.filter, "interior_residual > 1e-5");
+    }
 }

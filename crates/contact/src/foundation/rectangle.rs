@@ -199,7 +199,8 @@ impl PotentialDerivatives {
 /// Returns the stresses at (x, y, depth), x and y from the middle of a rectangle with these
 /// half-sides, under unit tractions on it, in a half-space with Poisson's ratio `nu`.
 ///
-/// They are good to 1e-12 of the largest at any depth and distance. At depth 0 a stress that jumps
+/// They are good to 1e-12 of the largest, at any depth, up to distances of 1e60 half-sides; farther
+/// away their powers are no numbers. At depth 0 a stress that jumps
 /// on an edge is the mean of both sides, and one that is infinite there is that at a distance of
 /// 1e-12 of the longer half-side.
 pub(super) fn stresses([x, y]: [f64; 2], depth: f64, [a, b]: [f64; 2], nu: f64) -> StressBlock {

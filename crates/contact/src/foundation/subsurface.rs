@@ -90,6 +90,12 @@ pub(crate) fn interfaces(foundation: &Foundation) -> Vec<f64> {
         .collect()
 }
 
+/// Returns the largest length over which the stresses vary that layers make; 0 in a half-space.
+pub(crate) fn longest_length(foundation: &Foundation) -> f64 {
+    Layered::new(&foundation.layers, &foundation.base)
+        .map_or(0.0, |layers| longest_feature(&layers))
+}
+
 /// The Hankel transforms of the ten functions at one depth, over the distance.
 #[derive(Clone, Debug)]
 struct DepthTable {

@@ -1,5 +1,6 @@
 //! Principal stresses and the measures that are made of them.
 
+use super::balance::largest;
 use crate::model::Stress;
 
 impl Stress {
@@ -16,7 +17,7 @@ impl Stress {
     /// Returns the von Mises stress √(3 J₂).
     pub fn von_mises(&self) -> f64 {
         // Squares of very small and very large stresses are no numbers.
-        let size = self.components().into_iter().fold(0.0_f64, |most, part| most.max(part.abs()));
+        let size = largest(self.components());
         if size == 0.0 || !size.is_finite() {
             return size;
         }
@@ -80,6 +81,10 @@ mod tests {
         assert_eq!((sheared.von_mises(), sheared.tresca()), (1.5 * 3.0_f64.sqrt(), 3.0));
         let faint = Stress { yy: 2e-300, ..Stress::default() };
         assert_eq!(faint.von_mises(), 2e-300);
+        let strong = Stress { yy: 2e300, ..Stress::default() };
+        assert_eq!((strong.von_mises(), strong.tresca()), (2e300, 2e300));
+        let unknown = Stress::from_components([f64::NAN; 6]);
+        assert!(!unknown.von_mises().is_finite() && !unknown.tresca().is_finite());
         let pressed = Stress { xx: -7.0, yy: -7.0, zz: -7.0, ..Stress::default() };
         assert_eq!((pressed.von_mises(), pressed.tresca()), (0.0, 0.0));
     }

@@ -91,6 +91,40 @@ impl<'a> Subsurface<'a> {
         Stress::from_components(sum)
     }
 
+    /// Sums the stresses at (x, y) over the quarters of the loaded elements.
+    pub(super) fn sum_of_quarters(&self, kernels: &StressKernels, [x, y]: [f64; 2]) -> Stress {
+        let quarters = self.fields.element.map(|side| 0.25 * side);
+        let mut sum = [0.0; 6];
+        for LoadedElement { center, tractions } in &self.elements {
+            for [right, up] in [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]] {
+                let receiver =
+                    [x - center[0] - right * quarters[0], y - center[1] - up * quarters[1]];
+                let block = kernels.stresses(receiver, quarters);
+                for (sum, row) in sum.iter_mut().zip(block) {
+                    *sum += row[0] * tractions[0] + row[1] * tractions[1] + row[2] * tractions[2];
+                }
+            }
+        }
+        Stress::from_components(sum)
+    }
+
+    /// Returns the pressure and the tractions along x and y at a place of the surface; `None`
+    /// within a thousandth of an element from an edge between elements.
+    pub(super) fn tractions_inside(&self, place: [f64; 2]) -> Option<[f64; 3]> {
+        let fields = self.fields;
+        let across = [0, 1].map(|i| (place[i] - fields.origin[i]) / fields.element[i]);
+        if across.iter().any(|across| (across - across.round()).abs() > 0.499) {
+            return None;
+        }
+        let [i, j] = across.map(f64::round);
+        let [nx, ny] = fields.shape.map(f64::from);
+        if !(0.0..nx).contains(&i) || !(0.0..ny).contains(&j) {
+            return Some([0.0; 3]);
+        }
+        let e = j as usize * fields.shape[0] as usize + i as usize;
+        Some([fields.pressure[e], fields.traction_x[e], fields.traction_y[e]])
+    }
+
     /// Returns the number of elements that carry tractions.
     pub(super) fn loaded(&self) -> usize {
         self.elements.len()

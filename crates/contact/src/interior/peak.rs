@@ -12,8 +12,10 @@ pub(super) struct Climbed {
 /// apart and goes to where that is largest, but no farther than the steps; then with smaller
 /// steps. A direction in which the box has no extent is left alone.
 ///
-/// The steps end at 1e-3 of their beginning, so the value is good to 1e-6 of what it changes by in
-/// one step of the beginning, or better, and the place to 1e-3 of the steps.
+/// It ends when the steps are 1e-3 of their beginning; the value of a smooth maximum inside the box
+/// is then good to 1e-6 of what it changes by in one step of the beginning, and the place to 1e-3
+/// of the steps. A climb along a ridge or a wall may end before, after 24 rounds, at the highest
+/// place that it has seen.
 pub(super) fn climb(
     start: [f64; 3],
     steps: [f64; 3],

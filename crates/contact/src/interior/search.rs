@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::balance::{load_residual, transform_residual};
+use super::balance::{larger, load_residual, point_residual, transform_residual};
 use super::loaded::{PlaneStress, Subsurface};
 use super::peak::climb;
 use crate::common::Cancellation;
@@ -21,16 +21,24 @@ const DEEPEST: f64 = 2.5;
 /// The measures that are sought.
 const MEASURES: [fn(&Stress) -> f64; 2] = [Stress::von_mises, Stress::tresca];
 
+/// The depth, in radii of the loaded area, down to which interfaces are looked for.
+const WITHIN_REACH: f64 = 10.0;
+
+/// The largest number of points that are computed a second time.
+const CHECKED_POINTS: usize = 16;
+
 /// Depths in one material, from its upper end down.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 struct DepthSpan {
     depths: Vec<f64>,
     /// The flag is true if the first depth is the upper end of the material: its stresses are those
     /// below it.
     from_interface: bool,
-    /// The flag is true if a stress may be largest at the first depth only because it grows towards
-    /// the surface.
+    /// The flag is true if the material goes on above the first depth: a stress may be largest
+    /// there only because the search begins there.
     open_above: bool,
+    /// The flag is true if the material goes on below the last depth.
+    open_below: bool,
 }
 
 impl DepthSpan {
@@ -49,6 +57,19 @@ struct MeasuredPlane {
     values: [Vec<f64>; 2],
 }
 
+/// What the checks of an answer have found.
+#[derive(Default)]
+struct Residual(Option<f64>);
+
+impl Residual {
+    /// Takes in what a check found; one that could not be made counts for nothing.
+    fn add(&mut self, found: Option<f64>) {
+        if let Some(found) = found {
+            self.0 = Some(larger(self.0.unwrap_or(0.0), found));
+        }
+    }
+}
+
 /// Answers what is asked of the stresses below the tractions of `fields`. Returns `None` if it is
 /// cancelled.
 pub fn examine(
@@ -57,79 +78,108 @@ pub fn examine(
     fields: &Fields,
     cancellation: &Cancellation,
 ) -> Option<Interior> {
+    let goes_on = || (!cancellation.is_requested()).then_some(());
     let below = Subsurface::new(foundation, fields);
     let mut answer = Interior::default();
+    let mut residual = Residual::default();
     for depth in &question.depths {
-        if cancellation.is_requested() {
-            return None;
-        }
+        goes_on()?;
         let Some(plane) = below.plane(*depth) else { continue };
         answer.planes.push(PlanePeaks {
             depth: *depth,
             von_mises: largest_on(&below, &plane, Stress::von_mises),
             tresca: largest_on(&below, &plane, Stress::tresca),
         });
-        answer.residual = answer.residual.max(transform_residual(&below, &plane));
+        residual.add(transform_residual(&below, &plane));
     }
     answer.points = question
         .points
         .par_iter()
+        .filter(|_| goes_on().is_some())
         .filter_map(|place| Some(PointStress { place: *place, stress: below.at(*place)? }))
         .collect();
+    let apart = answer.points.len().div_ceil(CHECKED_POINTS).max(1);
+    for PointStress { place, stress } in answer.points.iter().step_by(apart) {
+        goes_on()?;
+        residual.add(point_residual(&below, *place, stress));
+    }
     if question.maximum {
-        search(&below, &question.depths, cancellation, &mut answer)?;
+        search(&below, &question.depths, cancellation, &mut answer, &mut residual)?;
     }
-    let searched = answer.von_mises.and_then(|largest| largest.below);
-    let depths = searched.map(|peak| peak.place[2]).into_iter();
-    let given = question.depths.iter().copied().chain(question.points.iter().map(|point| point[2]));
-    if let Some(depth) = depths.chain(given).find(|depth| *depth > 0.0) {
-        answer.residual = answer.residual.max(load_residual(&below, depth, DepthSide::Above));
+    let found = [answer.von_mises, answer.tresca].into_iter().flatten();
+    let peaks = found.filter_map(|largest| largest.below).map(|peak| peak.place[2]);
+    let points = answer.points.iter().step_by(apart).map(|point| point.place[2]);
+    let mut depths: Vec<f64> = question.depths.iter().copied().chain(peaks).chain(points).collect();
+    depths.retain(|depth| *depth > 0.0);
+    depths.sort_by(f64::total_cmp);
+    depths.dedup();
+    let faces = interfaces(foundation);
+    for depth in depths {
+        goes_on()?;
+        residual.add(load_residual(&below, depth, DepthSide::Above));
+        // Where two materials meet there are two sets of kernels; a rigid base has none.
+        if faces.contains(&depth) {
+            residual.add(load_residual(&below, depth, DepthSide::Below));
+        }
     }
+    answer.residual = residual.0;
+    goes_on()?;
     Some(answer)
 }
 
-/// Returns the depths at which a search for the largest stresses looks that is given no depths, for
-/// a loaded area of `radius` and elements of a size.
-pub(crate) fn depths_searched(foundation: &Foundation, radius: f64, element: f64) -> usize {
-    spans(foundation, element.min(0.2 * radius), DEEPEST * radius)
-        .iter()
-        .map(|span| span.depths.len())
-        .sum()
+/// Returns the depths at which a search for the largest stresses looks, for a loaded area of
+/// `radius`, elements of a size, and the deepest plane that is asked for.
+pub(crate) fn depths_searched(
+    foundation: &Foundation,
+    radius: f64,
+    element: f64,
+    deepest: f64,
+) -> usize {
+    let last = last_depth(foundation, radius, deepest);
+    spans(foundation, element.min(0.2 * radius), last).iter().map(|span| span.depths.len()).sum()
+}
+
+/// Returns how deep a search goes: beyond the deepest interface within reach, and to the deepest
+/// plane that is asked for.
+fn last_depth(foundation: &Foundation, radius: f64, deepest: f64) -> f64 {
+    let within = |face: &f64| *face <= WITHIN_REACH * radius;
+    let faces = interfaces(foundation).into_iter().filter(within);
+    faces.map(|face| face * RATIO * RATIO).fold(DEEPEST * radius, f64::max).max(deepest)
 }
 
 /// Finds the largest stress of each measure: on the surface at the elements' centres, and below it
-/// as a function of the place, in the depths given or between those that suit the contact.
+/// as a function of the place, between the depths that suit the contact.
 fn search(
     below: &Subsurface<'_>,
     given: &[f64],
     cancellation: &Cancellation,
     answer: &mut Interior,
+    residual: &mut Residual,
 ) -> Option<()> {
+    let goes_on = || (!cancellation.is_requested()).then_some(());
     let mut largest = [LargestStress::default(); 2];
     if let Some(surface) = below.plane(0.0) {
         for (largest, measure) in largest.iter_mut().zip(MEASURES) {
             largest.surface = largest_on(below, &surface, measure);
         }
-        answer.residual = answer.residual.max(transform_residual(below, &surface));
+        residual.add(transform_residual(below, &surface));
     }
     let spans = if below.loaded() == 0 {
         Vec::new()
-    } else if given.is_empty() {
+    } else {
         let [hx, hy] = below.fields.element;
         let [columns, rows] = &below.window;
         let radius = (below.loaded() as f64 * hx * hy / std::f64::consts::PI).sqrt();
         let narrow = (0.5 * columns.len() as f64 * hx).min(0.5 * rows.len() as f64 * hy);
+        let deepest = given.iter().copied().fold(0.0, f64::max);
+        let last = last_depth(below.foundation, radius, deepest);
         // Nearer to the surface than an element's side, its steps would be felt.
-        spans(below.foundation, hx.max(hy).min(0.2 * narrow), DEEPEST * radius)
-    } else {
-        given_spans(below.foundation, given)
+        spans(below.foundation, hx.max(hy).min(0.2 * narrow), last)
     };
     for span in &spans {
         let mut planes = Vec::new();
         for depth in &span.depths {
-            if cancellation.is_requested() {
-                return None;
-            }
+            goes_on()?;
             let plane = below.plane_on(*depth, span.side(*depth))?;
             let values = MEASURES.map(|measure| plane.stresses.par_iter().map(measure).collect());
             planes.push(MeasuredPlane { values });
@@ -137,7 +187,8 @@ fn search(
         for (index, largest) in largest.iter_mut().enumerate() {
             let candidates = candidates(below, span, &planes, index);
             for (plane, element) in candidates {
-                let peak = refine(below, span, [plane, element], MEASURES[index]);
+                let peak = refine(below, span, [plane, element], MEASURES[index], cancellation);
+                goes_on()?;
                 if largest.below.is_none_or(|best| peak.stress > best.stress) {
                     largest.below = Some(peak);
                 }
@@ -172,7 +223,7 @@ fn largest_on(
 }
 
 /// Returns depths in geometric progression between two depths, cut where materials meet; at least
-/// three in each material.
+/// three in each material. A material that ends above the first depth has none.
 fn spans(foundation: &Foundation, first: f64, last: f64) -> Vec<DepthSpan> {
     let mut faces = interfaces(foundation);
     if foundation.depth().is_none() {
@@ -180,50 +231,32 @@ fn spans(foundation: &Foundation, first: f64, last: f64) -> Vec<DepthSpan> {
     }
     let mut spans = Vec::new();
     let mut top = 0.0;
-    for (index, face) in faces.into_iter().enumerate() {
+    for face in faces {
         let bottom = face.min(last);
-        if bottom <= top {
-            break;
+        let start = first.max(top);
+        // Between depths that are nearly one there is nothing to be found.
+        if bottom > start * (1.0 + 1e-9) {
+            let from = start.max(1e-3 * bottom);
+            let steps = (((bottom / from).ln() / RATIO.ln()).ceil() as usize).max(2);
+            let mut depths: Vec<f64> = (0..=steps)
+                .map(|step| from * (bottom / from).powf(step as f64 / steps as f64))
+                .collect();
+            (depths[0], depths[steps]) = (start, bottom);
+            spans.push(DepthSpan {
+                depths,
+                from_interface: top > 0.0 && start == top,
+                open_above: start > top,
+                open_below: bottom < face,
+            });
         }
-        let start = if index > 0 {
-            top
-        } else if first < 0.5 * bottom {
-            first
-        } else {
-            bottom / 3.0
-        };
-        let from = start.max(1e-3 * bottom);
-        let steps = (((bottom / from).ln() / RATIO.ln()).ceil() as usize).max(2);
-        let mut depths: Vec<f64> = (0..=steps)
-            .map(|step| from * (bottom / from).powf(step as f64 / steps as f64))
-            .collect();
-        (depths[0], depths[steps]) = (start, bottom);
-        spans.push(DepthSpan { depths, from_interface: index > 0, open_above: index == 0 });
-        top = bottom;
+        top = face;
     }
     spans
 }
 
-/// Returns the given depths below the surface by material.
-fn given_spans(foundation: &Foundation, given: &[f64]) -> Vec<DepthSpan> {
-    let mut depths: Vec<f64> = given.iter().copied().filter(|depth| *depth > 0.0).collect();
-    depths.sort_by(f64::total_cmp);
-    depths.dedup();
-    let faces = interfaces(foundation);
-    let material =
-        |depth: f64| faces.iter().filter(|face| !DepthSide::Above.is_above(depth, **face)).count();
-    depths
-        .chunk_by(|a, b| material(*a) == material(*b))
-        .map(|depths| DepthSpan {
-            depths: depths.to_vec(),
-            from_interface: false,
-            open_above: false,
-        })
-        .collect()
-}
-
 /// Returns the planes and elements of the highest local maxima of a measure, apart from each other
-/// and no more than a twentieth below the highest.
+/// and no more than a twentieth below the highest. Where a material goes on beyond the depths, the
+/// plane at that end has none.
 fn candidates(
     below: &Subsurface<'_>,
     span: &DepthSpan,
@@ -236,7 +269,8 @@ fn candidates(
     let value = |plane: usize, element: usize| planes[plane].values[measure][element];
     let around = |place: usize, length: usize| place.saturating_sub(1)..(place + 2).min(length);
     let first = usize::from(span.open_above);
-    let mut maxima: Vec<(usize, usize)> = (first..planes.len())
+    let end = planes.len() - usize::from(span.open_below);
+    let mut maxima: Vec<(usize, usize)> = (first..end)
         .into_par_iter()
         .flat_map_iter(|plane| {
             let is_highest = move |element: &usize| {
@@ -268,12 +302,14 @@ fn candidates(
     kept
 }
 
-/// Climbs to the maximum near an element of a plane, no farther than the planes beside it.
+/// Climbs to the maximum near an element of a plane, no farther than the planes beside it; what a
+/// climb finds that is cancelled means nothing.
 fn refine(
     below: &Subsurface<'_>,
     span: &DepthSpan,
     [plane, element]: [usize; 2],
     measure: fn(&Stress) -> f64,
+    cancellation: &Cancellation,
 ) -> StressPeak {
     let depths = &span.depths;
     let [hx, hy] = below.fields.element;
@@ -281,6 +317,9 @@ fn refine(
     let (upper, lower) =
         (depths[plane.saturating_sub(1)], depths[(plane + 1).min(depths.len() - 1)]);
     let measured = |places: &[[f64; 3]]| -> Vec<f64> {
+        if cancellation.is_requested() {
+            return vec![f64::NAN; places.len()];
+        }
         let mut found: Vec<f64> = places.iter().map(|place| place[2]).collect();
         found.sort_by(f64::total_cmp);
         found.dedup();
@@ -300,4 +339,42 @@ fn refine(
     let bounds = [[x - 1.5 * hx, y - 1.5 * hy, upper], [x + 1.5 * hx, y + 1.5 * hy, lower]];
     let climbed = climb([x, y, depths[plane]], [hx, hy, 0.5 * (lower - upper)], bounds, measured);
     StressPeak { stress: climbed.value, place: climbed.place }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Base, Layer, Material};
+
+    fn coated(thickness: f64) -> Foundation {
+        let mut foundation = Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.3 });
+        foundation.layers = vec![Layer { shear_modulus: 3.0, poisson: 0.3, thickness }];
+        foundation
+    }
+
+    #[test]
+    fn depths_begin_where_steps_of_traction_are_not_felt() {
+        let ends = |spans: &[DepthSpan]| -> Vec<[f64; 2]> {
+            spans.iter().map(|span| [span.depths[0], *span.depths.last().unwrap()]).collect()
+        };
+        let within = spans(&coated(0.3), 0.1, 2.5);
+        assert_eq!(ends(&within), [[0.1, 0.3], [0.3, 2.5]]);
+        assert!(within[0].open_above && !within[0].open_below && !within[0].from_interface);
+        assert!(within[1].from_interface && !within[1].open_above && within[1].open_below);
+        // A coating thinner than an element is left out, and the base above an element's depth.
+        let thin = spans(&coated(0.05), 0.1, 2.5);
+        assert_eq!(ends(&thin), [[0.1, 2.5]]);
+        assert!(thin[0].open_above && !thin[0].from_interface);
+        assert_eq!(ends(&spans(&coated(0.1), 0.1, 2.5)), [[0.1, 2.5]]);
+        let rigid = Foundation { base: Base::Rigid, ..coated(0.05) };
+        assert_eq!(spans(&rigid, 0.1, 2.5), []);
+    }
+
+    #[test]
+    fn a_search_goes_beyond_interfaces_within_reach() {
+        assert_eq!(last_depth(&coated(0.3), 1.0, 0.0), DEEPEST);
+        assert_eq!(last_depth(&coated(3.0), 1.0, 0.0), 3.0 * RATIO * RATIO);
+        assert_eq!(last_depth(&coated(11.0), 1.0, 0.0), DEEPEST);
+        assert_eq!(last_depth(&coated(0.3), 1.0, 7.0), 7.0);
+    }
 }

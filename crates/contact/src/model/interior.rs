@@ -11,8 +11,8 @@ pub struct InteriorQuestion {
     /// The flag is true if the largest von Mises and Tresca stresses are sought.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub maximum: bool,
-    /// The depths of planes \[m\]. They are the depths at which the largest stresses are sought;
-    /// without any, these are chosen from the size of the contact.
+    /// The depths of planes \[m\]. A search for the largest stresses goes down to the deepest one,
+    /// or farther.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub depths: Vec<f64>,
     /// The points (x, y, z) at which the stress is wanted \[m\].
@@ -67,6 +67,61 @@ impl InteriorQuestion {
     }
 }
 
+/// The distance from the middle of Ω, in its diameters, within which places are known. Beyond it
+/// stresses are 1e-18 of those in the contact.
+const FARTHEST: f64 = 1e9;
+
+/// The smallest depth below the surface, in elements, at which stresses differ from those on it.
+const SHALLOWEST: f64 = 1e-12;
+
+impl InteriorQuestion {
+    /// Refuses places so far from Ω, or so near to the surface, that doubles do not tell them.
+    pub(crate) fn check_places(
+        &self,
+        middle: [f64; 2],
+        size: [f64; 2],
+        element: f64,
+    ) -> Result<(), SceneError> {
+        let farthest = FARTHEST * size[0].hypot(size[1]);
+        let shallowest = SHALLOWEST * element;
+        let check = |key: &str, distance: f64, depth: f64| {
+            if distance.max(depth) > farthest {
+                let words = format!(
+                    "must be within {farthest:.3e} m of the middle of Ω, 1e9 times its diameter"
+                );
+                return Err(refuse(key, format!("{:e} m", distance.max(depth)), &words));
+            }
+            if depth > 0.0 && depth < shallowest {
+                let words = format!(
+                    "must be 0, or at least {shallowest:.3e} m, 1e-12 of an element: nearer to \
+                     the surface there is no difference"
+                );
+                return Err(refuse(key, format!("{depth:e} m"), &words));
+            }
+            Ok(())
+        };
+        self.depths.iter().try_for_each(|depth| check("interior.depths", 0.0, *depth))?;
+        self.points.iter().try_for_each(|[x, y, z]| {
+            check("interior.points", (x - middle[0]).hypot(y - middle[1]), *z)
+        })
+    }
+
+    /// Returns the question that asks for the same, with each plane once, from the surface down,
+    /// each point once, and no −0.
+    pub fn normalised(&self) -> Self {
+        let mut depths: Vec<f64> = self.depths.iter().map(|depth| depth + 0.0).collect();
+        depths.sort_by(f64::total_cmp);
+        depths.dedup();
+        let mut points: Vec<[f64; 3]> = Vec::new();
+        for point in self.points.iter().map(|point| point.map(|x| x + 0.0)) {
+            if !points.contains(&point) {
+                points.push(point);
+            }
+        }
+        Self { maximum: self.maximum, depths, points }
+    }
+}
+
 /// The stress at a point of the foundation \[Pa\]; tension is positive, and z points into it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stress {
@@ -98,8 +153,9 @@ pub struct StressPeak {
 pub struct LargestStress {
     /// The largest one at the elements' centres on the surface.
     pub surface: StressPeak,
-    /// The largest local maximum below the surface; `None` if there is none in the depths that were
-    /// searched.
+    /// The largest local maximum below the surface, between the depths that were searched; `None` if
+    /// there is none. Depths at which the steps of traction from element to element would be felt
+    /// are not searched.
     pub below: Option<StressPeak>,
 }
 
@@ -146,8 +202,9 @@ pub struct Interior {
     pub planes: Vec<PlanePeaks>,
     /// The points that were asked for.
     pub points: Vec<PointStress>,
-    /// The residual, relative and 0 for exact stresses: the largest difference between a plane by
-    /// transforms and direct sums, or between the load that a plane at depth carries and the load
-    /// on the surface.
-    pub residual: f64,
+    /// The residual, relative and 0 for exact stresses; `None` if there was nothing to check. It is
+    /// the largest difference between a plane by transforms and direct sums, between the forces
+    /// and moments that a plane at depth carries and those on the surface, between points and
+    /// sums over quarters of elements, or between stresses and tractions on the surface.
+    pub residual: Option<f64>,
 }

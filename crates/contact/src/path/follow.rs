@@ -125,9 +125,13 @@ fn follow(
     let mut levels: Vec<Level> = ladder.iter().map(Path::level).collect();
     levels.sort_by_key(|level| level.elements.map(u64::from).iter().product::<u64>());
     let wanted = scene.interior.as_ref().filter(|_| status == Status::Certified);
-    let interior = wanted.and_then(|question| {
-        interior::examine(&scene.foundation, question, &path.fields, &cancellation)
-    });
+    let mut interior = None;
+    if let Some(question) = wanted {
+        interior = interior::examine(&scene.foundation, question, &path.fields, &cancellation);
+        if interior.is_none() {
+            status = Status::Failed { reason: "given up".to_owned() };
+        }
+    }
     let (wear, leading_edges) = (path.wear(), path.leading_edges);
     let further = Further { wear, interior, leading_edges };
     let outcome = Outcome { status, levels, steps: path.steps, hertz, rail, estimate, further };

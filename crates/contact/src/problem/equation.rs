@@ -119,9 +119,19 @@ impl Problem {
         Ok(problem)
     }
 
-    /// Refuses steps that roll steadily by distances that the mesh does not resolve.
+    /// Refuses steps that roll steadily by distances that the mesh does not resolve, and places
+    /// below the surface so far away, or so near to it, that doubles do not.
     pub(crate) fn check_distances(&self, scene: &Scene) -> Result<(), SceneError> {
-        layout::check_distances(scene, self.grid.hx() * self.scale.length)
+        let grid = &self.grid;
+        let element = [grid.hx(), grid.hy()].map(|side| side * self.scale.length);
+        layout::check_distances(scene, element[0])?;
+        let Some(question) = &scene.interior else { return Ok(()) };
+        let elements = [grid.nx(), grid.ny()].map(|n| n as f64);
+        let first = grid.center(0);
+        let middle =
+            [0, 1].map(|i| first[i] * self.scale.length + 0.5 * (elements[i] - 1.0) * element[i]);
+        let size = [0, 1].map(|i| elements[i] * element[i]);
+        question.check_places(middle, size, element[0].min(element[1]))
     }
 
     /// Binds a scene that is known to be valid, and whose `gap` is at hand, to a grid.

@@ -14,9 +14,10 @@
 //! the smallest ε on the same mesh stands for the limit; that is the solution for ε = 0 if it is
 //! there.
 
+use super::interior::{INTERIOR, INTERIOR_RESIDUAL};
 use super::rolling::ROLLING;
 use super::rolling_theory::ROLLING_THEORY;
-use super::solve::{self, SOLUTION};
+use super::solve::{self, ACCURACY, SOLUTION, WORK};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
 use super::wear::WEAR;
 use crate::axis::{Group, SweepAxis};
@@ -38,7 +39,17 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         advice: "or say kind = \"convergence\" at the top",
     }),
     has_accuracy: false,
-    columns: &[SOLUTION, ROLLING, ROLLING_THEORY, WEAR, ERRORS],
+    columns: &[
+        SOLUTION,
+        INTERIOR,
+        ACCURACY,
+        INTERIOR_RESIDUAL,
+        WORK,
+        ROLLING,
+        ROLLING_THEORY,
+        WEAR,
+        ERRORS,
+    ],
     usual_columns: &["load", "peak_pressure", "status"],
     suggestions,
     ..solve::SPEC

@@ -1,8 +1,9 @@
 //! Studies that solve every point.
 
-use contact::model::{Estimate, Hertz, Interior, Outcome, RailContact, Shape};
+use contact::model::{Estimate, Hertz, Outcome, RailContact, Shape};
 
 use super::freedom::ScenesFreedom;
+use super::interior::{INTERIOR, INTERIOR_RESIDUAL};
 use super::rolling::ROLLING;
 use super::rolling_theory::ROLLING_THEORY;
 use super::spec::{KindSpec, KindTable};
@@ -26,7 +27,16 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     assemble: |assembler, _| Job::Solve(assembler.case()),
     check: |_| Ok(()),
     to_toml: |_| String::new(),
-    columns: &[SOLUTION, ROLLING, ROLLING_THEORY, WEAR],
+    columns: &[
+        SOLUTION,
+        INTERIOR,
+        ACCURACY,
+        INTERIOR_RESIDUAL,
+        WORK,
+        ROLLING,
+        ROLLING_THEORY,
+        WEAR,
+    ],
     usual_columns: &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"],
     suggestions,
 };
@@ -63,7 +73,7 @@ macro_rules! number {
     };
 }
 
-/// The columns of solutions.
+/// The columns of solutions: motion, forces and contact.
 pub(crate) const SOLUTION: &[Column] = result_columns! {
     Status "increments" Count
         "increments of the loading path that were followed; where it failed, it failed at the last"
@@ -174,101 +184,10 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
         "force of a wheel on its rail along the track's z, downwards, at the end of the path; of one \
          plane of contact"
         ColumnSource::Solved(|case, outcome| track_force(case, outcome, 2));
-    Observable "von_mises_max" ("largest von Mises stress") Pressure
-        "largest von Mises stress, on the surface or below it"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.von_mises?.overall().stress)));
-    Observable "von_mises_x" ("x of the largest von Mises stress") Length
-        "x of the largest von Mises stress"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.von_mises?.overall().place[0])));
-    Observable "von_mises_y" ("y of the largest von Mises stress") Length
-        "y of the largest von Mises stress"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.von_mises?.overall().place[1])));
-    Observable "von_mises_z" ("z of the largest von Mises stress") Length
-        "z of the largest von Mises stress"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.von_mises?.overall().place[2])));
-    Observable "von_mises_below" ("largest von Mises stress below the surface") Pressure
-        "largest local maximum of the von Mises stress below the surface"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.von_mises?.below?.stress)));
-    Observable "von_mises_below_depth" ("depth of the largest von Mises stress") Length
-        "depth of the largest local maximum of the von Mises stress below the surface"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.von_mises?.below?.place[2])));
-    Observable "von_mises_surface" ("largest von Mises stress on the surface") Pressure
-        "largest von Mises stress at the elements' centres on the surface"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.von_mises?.surface.stress)));
-    Observable "von_mises_max_over_pressure" ("largest von Mises stress over peak pressure") Pure
-        "largest von Mises stress over the largest pressure"
-        ColumnSource::Outcome(|o| over_pressure(o, |i| Some(i.von_mises?.overall().stress)));
-    Observable "von_mises_below_over_pressure"
-        ("largest von Mises stress below the surface over peak pressure") Pure
-        "largest von Mises stress below the surface over the largest pressure"
-        ColumnSource::Outcome(|o| over_pressure(o, |i| Some(i.von_mises?.below?.stress)));
-    Observable "plane_von_mises" ("von Mises stress on the plane") Pressure
-        "largest von Mises stress at the elements' centres at the first depth that is asked for"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.planes.first()?.von_mises.stress)));
-    Observable "tresca_max" ("largest Tresca stress") Pressure
-        "largest Tresca stress, on the surface or below it"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.tresca?.overall().stress)));
-    Observable "tresca_x" ("x of the largest Tresca stress") Length
-        "x of the largest Tresca stress"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.tresca?.overall().place[0])));
-    Observable "tresca_y" ("y of the largest Tresca stress") Length
-        "y of the largest Tresca stress"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.tresca?.overall().place[1])));
-    Observable "tresca_z" ("z of the largest Tresca stress") Length
-        "z of the largest Tresca stress"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.tresca?.overall().place[2])));
-    Observable "tresca_below" ("largest Tresca stress below the surface") Pressure
-        "largest local maximum of the Tresca stress below the surface"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.tresca?.below?.stress)));
-    Observable "tresca_below_depth" ("depth of the largest Tresca stress") Length
-        "depth of the largest local maximum of the Tresca stress below the surface"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.tresca?.below?.place[2])));
-    Observable "tresca_surface" ("largest Tresca stress on the surface") Pressure
-        "largest Tresca stress at the elements' centres on the surface"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.tresca?.surface.stress)));
-    Observable "tresca_max_over_pressure" ("largest Tresca stress over peak pressure") Pure
-        "largest Tresca stress over the largest pressure"
-        ColumnSource::Outcome(|o| over_pressure(o, |i| Some(i.tresca?.overall().stress)));
-    Observable "tresca_below_over_pressure"
-        ("largest Tresca stress below the surface over peak pressure") Pure
-        "largest Tresca stress below the surface over the largest pressure"
-        ColumnSource::Outcome(|o| over_pressure(o, |i| Some(i.tresca?.below?.stress)));
-    Observable "plane_tresca" ("Tresca stress on the plane") Pressure
-        "largest Tresca stress at the elements' centres at the first depth that is asked for"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.planes.first()?.tresca.stress)));
-    Observable "stress_xx" ("stress xx") Pressure
-        "stress xx at the first point that is asked for, tension positive"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.xx)));
-    Observable "stress_yy" ("stress yy") Pressure
-        "stress yy at the first point that is asked for, tension positive"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.yy)));
-    Observable "stress_zz" ("stress zz") Pressure
-        "stress zz at the first point that is asked for, tension positive"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.zz)));
-    Observable "stress_xy" ("stress xy") Pressure
-        "stress xy at the first point that is asked for, tension positive"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.xy)));
-    Observable "stress_yz" ("stress yz") Pressure
-        "stress yz at the first point that is asked for, tension positive"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.yz)));
-    Observable "stress_xz" ("stress xz") Pressure
-        "stress xz at the first point that is asked for, tension positive"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.xz)));
-    Observable "stress_first" ("largest principal stress") Pressure
-        "largest principal stress at the first point that is asked for"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.principal()[0])));
-    Observable "stress_second" ("middle principal stress") Pressure
-        "middle principal stress at the first point that is asked for"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.principal()[1])));
-    Observable "stress_third" ("smallest principal stress") Pressure
-        "smallest principal stress at the first point that is asked for"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.principal()[2])));
-    Observable "stress_von_mises" ("von Mises stress at the point") Pressure
-        "von Mises stress at the first point that is asked for"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.von_mises())));
-    Observable "stress_tresca" ("Tresca stress at the point") Pressure
-        "Tresca stress at the first point that is asked for"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.points.first()?.stress.tresca())));
+};
+
+/// The columns of how well solutions are known.
+pub(crate) const ACCURACY: &[Column] = result_columns! {
     Observable "ceiling_elements" Count "elements at the pressure ceiling"
         integer!(observables.ceiling_elements);
     Observable "edge_elements" Count "elements in contact at the edge of Ω; above 0, Ω is too small"
@@ -320,9 +239,10 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
         number!(certificate.slip_angle);
     Certificate "force_imbalance" Pure "imbalance of forces over the load"
         number!(certificate.force_imbalance);
-    Certificate "interior_residual" ("residual of the stresses below the surface") Pure
-        "largest difference of stresses below the surface between two ways to them, relative"
-        ColumnSource::Outcome(|o| interior(o, |i| Some(i.residual)));
+};
+
+/// The columns of the work that solutions took.
+pub(crate) const WORK: &[Column] = result_columns! {
     Work "iterations" Count "iterations of the solver along the whole path"
         ColumnSource::Outcome(|outcome| Value::Integer(outcome.work().iterations));
     Work "operator_applications" Count "applications of the operator along the whole path"
@@ -334,7 +254,7 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
 };
 
 /// Returns `a`/`b` if `b` is positive.
-fn ratio(a: f64, b: f64) -> Value {
+pub(super) fn ratio(a: f64, b: f64) -> Value {
     // The sum turns −0 into 0.
     if b > 0.0 { Value::Number(a / b + 0.0) } else { Value::Missing }
 }
@@ -360,16 +280,6 @@ fn track_force(case: &Case, outcome: &Outcome, component: usize) -> Value {
 
 fn rail(outcome: &Outcome, read: fn(&RailContact) -> f64) -> Value {
     outcome.rail.as_ref().map_or(Value::Missing, |rail| Value::Number(read(rail)))
-}
-
-fn interior(outcome: &Outcome, read: fn(&Interior) -> Option<f64>) -> Value {
-    outcome.further.interior.as_ref().and_then(read).map_or(Value::Missing, Value::Number)
-}
-
-fn over_pressure(outcome: &Outcome, read: fn(&Interior) -> Option<f64>) -> Value {
-    let pressure = outcome.last().map_or(0.0, |end| end.observables.peak_pressure);
-    let stress = outcome.further.interior.as_ref().and_then(read);
-    stress.map_or(Value::Missing, |stress| ratio(stress, pressure))
 }
 
 fn estimate(outcome: &Outcome, read: fn(&Estimate) -> Option<f64>) -> Value {

@@ -143,8 +143,8 @@ pub(crate) fn refuse_overlaps(groups: &[Group], mistakes: &mut Vec<Mistake>) {
     }
 }
 
-/// Returns the mistake of so many points whose load steps and layers are too many in all, although
-/// each has no more than it may.
+/// Returns the mistake of so many points whose load steps, layers, and planes and points below the
+/// surface are too many in all, although each has no more than it may.
 pub(crate) fn too_many_entries(
     groups: &[Group],
     base: &[(Key, Given)],
@@ -155,16 +155,26 @@ pub(crate) fn too_many_entries(
     let longest = |list: Key| {
         let lengths = given().filter_map(|(key, given)| match given.setting {
             Setting::Count(length) if *key == list => Some(length as usize),
+            Setting::Lengths(ref depths) if *key == list => Some(depths.len()),
+            Setting::Places(ref places) if *key == list => Some(places.len()),
             _ => None,
         });
         lengths.max().unwrap_or(0)
     };
-    let entries = longest(Key::Layers) + longest(Key::Steps);
+    let lists = [Key::Layers, Key::Steps, Key::InteriorDepths, Key::InteriorPoints];
+    let below = longest(Key::InteriorDepths) + longest(Key::InteriorPoints);
+    let entries = lists.into_iter().map(longest).sum::<usize>();
     let place = groups.iter().flat_map(|group| &group.axes).max_by_key(|axis| axis.choices.len());
     (points.saturating_mul(entries) > MAX_ENTRIES).then(|| {
         Mistake::new(
             place.map_or(0..0, |axis| axis.span.clone()),
-            format!("{points} points with up to {entries} load steps and layers each"),
+            match below {
+                0 => format!("{points} points with up to {entries} load steps and layers each"),
+                _ => format!(
+                    "{points} points with up to {entries} load steps, layers, and planes and \
+                     points below the surface each"
+                ),
+            },
             format!("must be at most {MAX_ENTRIES} in all"),
         )
     })

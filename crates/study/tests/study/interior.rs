@@ -67,6 +67,38 @@ fn a_depth_is_an_axis_and_a_column() {
     assert_eq!(study.figures()[0].y, ["plane_von_mises"], "nothing else varies with the depth");
 }
 
+/// A job is written as it is asked for, and a list of one depth has its column.
+#[test]
+fn a_list_of_one_depth_is_written_and_shown() {
+    for (more, column) in [
+        ("interior.depths = [\"0.1 mm\"]", "interior_depths"),
+        ("interior.depth = \"0.1 mm\"", "interior_depth"),
+        ("interior.depths = [\"0.1 mm\", \"0.2 mm\"]", "interior_depths"),
+    ] {
+        let study = read(&text(more)).unwrap_or_else(|error| panic!("{error}"));
+        let point = &study.points()[0];
+        let columns = study.columns();
+        let found = columns::find(&columns, column).unwrap_or_else(|| panic!("no {column}"));
+        assert_ne!(found.value(point, None), Value::Missing, "{more}");
+        let written = point.job.to_toml();
+        let again = read(&format!("name = \"again\"\n{written}"));
+        let again = again.unwrap_or_else(|error| panic!("{error}\n{written}"));
+        assert_eq!(again.points()[0].job.key(), point.job.key(), "{written}");
+    }
+}
+
+/// Planes and points of all jobs count like layers and steps: each is stored for each job.
+#[test]
+fn too_many_points_in_all_are_refused() {
+    let points: Vec<String> = (0..1000).map(|i| format!("[0, 0, {i}e-6]")).collect();
+    let more = format!(
+        "interior.points = [{}]\n[sweep]\nfriction.mu = {{ from = 0, to = 1, count = 2001 }}",
+        points.join(", ")
+    );
+    let said = read(&text(&more)).expect_err("two million points").to_string();
+    assert!(said.contains("2001 points with up to 1001 load steps, layers, and planes"), "{said}");
+}
+
 /// Keys of jobs that ask for nothing are those of before, and those that ask have others.
 #[test]
 fn a_question_is_part_of_the_job() {
@@ -77,6 +109,10 @@ fn a_question_is_part_of_the_job() {
     assert_ne!(key("interior.depth = 1e-4"), key("interior.depth = 2e-4"));
     assert_eq!(key("interior.depth = 1e-4"), key("interior.depths = [1e-4]"));
     assert!(canonical("interior.depth = 1e-4").contains(r#""interior":{"depths":[0.0001]}"#));
+    // What is named twice, or in another order, asks for the same.
+    assert_eq!(key("interior.depths = [1e-4, 2e-4]"), key("interior.depths = [2e-4, 1e-4, 2e-4]"));
+    let points = "interior.points = [[1e-4, 0, 0], [0, 0, 1e-4]";
+    assert_eq!(key(&format!("{points}]")), key(&format!("{points}, [1e-4, -0.0, 0]]")));
 }
 
 #[test]
