@@ -45,6 +45,8 @@ pub fn forecast(
     let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?);
     let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;
+    numerics.suit(&scene.loading)?;
+    layout.check_reach(scene)?;
     check_distances(scene, layout.element[0] * layout.half_diameter)?;
     let elements = layout.nx as f64 * layout.ny as f64;
 
