@@ -296,8 +296,8 @@ pub struct Certificate {
     /// rounding.
     pub slip_angle: f64,
     /// The largest difference between a resultant (P, Qx, Qy) that is claimed or prescribed and the
-    /// one that is summed anew, over Σ |p| |e|; for moments it is over Σ |p| |e| times ℓ. In a scene
-    /// that rolls the tangential ones are over Σ |p_t| |e|, or what earlier increments left.
+    /// one that is summed anew, over Σ |p| |e|; for moments it is over Σ |p| |e| times ℓ. In a
+    /// scene that rolls the tangential ones are over Σ |p_t| |e|, or what earlier increments left.
     pub force_imbalance: f64,
 }
 

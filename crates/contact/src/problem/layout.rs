@@ -101,8 +101,8 @@ impl Layout {
     }
 }
 
-/// The lengths of Ω that a contact may go on in an increment. What is farther away than some lengths
-/// of a contact is out of its reach, and the tables of layers end somewhere.
+/// The lengths of Ω that a contact may go on in an increment. What is farther away than some
+/// lengths of a contact is out of its reach, and the tables of layers end somewhere.
 const FARTHEST: f64 = 1e3;
 
 /// The smallest part of an element that a contact goes on in steady rolling. From nearer, the mesh
