@@ -437,8 +437,8 @@ impl Problem {
     /// Returns the relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ \[1\] with v = εp + w
     /// and E = 1/(ε + `diagonal`), one for each direction; `w` = A p − f. It is 0 if p = 0 solves
     /// the problem, and infinite if p = 0 does not. In a scene that rolls it is not less
-    /// than that of the tangential components alone, over their own size, which is the largest of ‖p_t‖, that of
-    /// their images and what is [past](Problem::past). Masked elements do not count.
+    /// than that of the tangential components alone, over their own size, which is the largest of
+    /// ‖p_t‖, that of their images and what is [past](Problem::past). Masked elements do not count.
     pub(crate) fn residual(&self, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> f64 {
         let diagonal = diagonal.into();
         // The pairs are p and its image at each element.

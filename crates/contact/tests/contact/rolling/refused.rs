@@ -1,5 +1,6 @@
 //! Steps whose distances, creepages and spins have no meaning next to Ω or in double precision
-//! are refused with their key before anything is computed, and so are settings that do not suit rolling.
+//! are refused with their key before anything is computed, and so are settings that do not
+//! suit rolling.
 
 use super::{PAIR, rolling, sphere};
 use crate::common::*;
