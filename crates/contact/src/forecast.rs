@@ -49,6 +49,8 @@ pub fn forecast(
     let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;
     let element = layout.element.map(|side| side * layout.half_diameter);
+    numerics.suit(&scene.loading)?;
+    layout.check_reach(scene)?;
     check_distances(scene, element[0])?;
     if let Some(question) = &scene.interior {
         let size = [layout.nx as f64 * element[0], layout.ny as f64 * element[1]];

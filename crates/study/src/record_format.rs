@@ -372,7 +372,7 @@ mod tests {
                 searched: Some([0.0; 2]),
                 planes: vec![peak; InteriorQuestion::MOST_DEPTHS],
                 points: vec![PointStress::default(); InteriorQuestion::MOST_POINTS],
-                residual: 0.0,
+                residual: Some(0.0),
             }),
         };
         let bytes = record.encode().len();

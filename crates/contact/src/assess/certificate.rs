@@ -33,13 +33,14 @@ const SAMPLED_ELEMENTS: usize = 7;
 /// Returns the largest difference, on some elements all over Ω, between the displacements A `p` as
 /// a transform gave them and as the sum over all elements gives them, over the largest
 /// displacement. A solver that applies the same transform cannot hide it. Both fields are blocks of
-/// `components`, and `sum` adds up the displacement (n, x, y) of an element.
+/// `components`, and `sum` adds up the displacement (n, x, y) of an element. Normal and tangential
+/// displacements are measured `apart`, or all in the largest.
 pub(crate) fn transform_error(
     sum: impl Fn(usize) -> [f64; 3] + Sync,
     grid: &Grid,
     components: Components,
-    p: &[f64],
-    displacement: &[f64],
+    apart: bool,
+    [p, displacement]: [&[f64]; 2],
 ) -> f64 {
     let k = grid.len();
     let first = grid.active().max_by(|a, b| p[*a].total_cmp(&p[*b]));
@@ -47,22 +48,25 @@ pub(crate) fn transform_error(
         .into_iter()
         .chain(grid.active().step_by(grid.active_len().div_ceil(SAMPLED_ELEMENTS).max(1)))
         .collect();
+    // Each sum is of the normal displacements, and of the tangential ones if they are apart.
+    let place = |to: Direction| usize::from(apart && to != Direction::N);
+    let larger_of = |a: [f64; 2], b: [f64; 2]| [larger(a[0], b[0]), larger(a[1], b[1])];
+    let alone = |place: usize, value: f64| [0, 1].map(|at| if at == place { value } else { 0.0 });
     let differences = sampled.par_iter().map(|&e| {
         let summed = sum(e);
         let error = |(block, to): (usize, Direction)| {
-            (displacement[block * k + e] - summed[to as usize]).abs()
+            alone(place(to), (displacement[block * k + e] - summed[to as usize]).abs())
         };
-        components.directions().enumerate().map(error).fold(0.0, larger)
+        components.directions().enumerate().map(error).fold([0.0; 2], larger_of)
     });
-    let largest = parallel::bands(displacement.len(), |band| {
-        displacement[band].iter().map(|u| u.abs()).fold(0.0, larger)
-    });
-    let difference = differences.collect::<Vec<_>>().into_iter().fold(0.0, larger);
-    if difference == 0.0 {
-        0.0
-    } else {
-        larger(0.0, difference / largest.into_iter().fold(0.0, larger))
-    }
+    let differences = differences.collect::<Vec<_>>().into_iter().fold([0.0; 2], larger_of);
+    let largest_of = |(block, to): (usize, Direction)| {
+        let displacement = &displacement[block * k..][..k];
+        let bands = parallel::bands(k, |band| largest(displacement[band].iter().map(|u| u.abs())));
+        alone(place(to), largest(bands.into_iter()))
+    };
+    let sizes = components.directions().enumerate().map(largest_of).fold([0.0; 2], larger_of);
+    largest((0..2).map(|place| relative(differences[place], sizes[place])))
 }
 
 /// Returns the larger of two numbers, or infinity if one is not a number.
@@ -110,12 +114,25 @@ struct Sums {
     force: PerDof<f64>,
     /// The sum over the elements of the largest |component|.
     magnitude: f64,
+    /// The sum over the elements of the larger tangential |component|.
+    pull: f64,
+    /// The squares of all components.
+    all: Squares,
+    /// The squares of the tangential components.
+    tangential: Squares,
+}
+
+/// The sums of squares of tractions and of their images under the natural map.
+#[derive(Clone, Copy)]
+struct Squares {
     /// The largest |component| of tractions and of their images.
     unit: f64,
     /// The sum of squares of the natural map's defect, in units of `unit`.
     defect: f64,
     /// The sum of squares of the tractions, in units of `unit`.
     size: f64,
+    /// The sum of squares of the images, in units of `unit`.
+    image: f64,
 }
 
 /// Certifies tractions `p` (three blocks [n | x | y]) against `problem`, both in the problem's
@@ -135,7 +152,7 @@ pub fn certify(
     let bands = parallel::bands(problem.grid.len(), |band| claim.band(&sizes, band));
     let sums = Sums::over(bands);
     let force_imbalance = force_imbalance(problem, sizes.peak, &sums, claimed, target);
-    Certificate { residual: sums.residual(), force_imbalance, ..sums.certificate }
+    Certificate { residual: sums.residual(problem.past), force_imbalance, ..sums.certificate }
 }
 
 impl Claim<'_> {
@@ -170,7 +187,7 @@ impl Claim<'_> {
         // Tractions are kept with their images to be measured in units of the largest, because
         // squares leave the range of doubles early.
         let mut images: Vec<[[f64; 3]; 2]> = Vec::with_capacity(band.len());
-        let (mut force, mut magnitude) = (PerDof::all(0.0), 0.0);
+        let (mut force, mut magnitude, mut pull) = (PerDof::all(0.0), 0.0, 0.0);
         for e in problem.grid.active_in(band) {
             let tractions = [p[e], p[k + e], p[2 * k + e]];
             let w = [self.w(e, 0), self.w(e, 1), self.w(e, 2)];
@@ -189,17 +206,10 @@ impl Claim<'_> {
                 *total += term;
             }
             magnitude += pressure.abs().max(px.abs()).max(py.abs());
+            pull += px.abs().max(py.abs());
         }
-        let unit = largest(images.iter().flatten().flatten().map(|t| t.abs()));
-        let square = |a: f64, b: f64| if unit == 0.0 { 0.0 } else { ((a - b) / unit).powi(2) };
-        let defect: f64 = images
-            .iter()
-            .flat_map(|[tractions, image]| tractions.iter().zip(image))
-            .map(|(a, b)| square(*a, *b))
-            .sum();
-        let size: f64 =
-            images.iter().flat_map(|[tractions, _]| tractions).map(|a| square(*a, 0.0)).sum();
-        Sums { certificate, force, magnitude, unit, defect, size }
+        let [all, tangential] = [0, 1].map(|first| Squares::of(&images, first));
+        Sums { certificate, force, magnitude, pull, all, tangential }
     }
 
     /// Returns the natural map of an element's tractions, written as a nearest point of the
@@ -256,6 +266,52 @@ impl Claim<'_> {
     }
 }
 
+impl Squares {
+    /// Sums the squares of tractions and their images, of the components from the `first` on.
+    fn of(images: &[[[f64; 3]; 2]], first: usize) -> Self {
+        let unit = largest(
+            images.iter().flatten().flat_map(|components| &components[first..]).map(|t| t.abs()),
+        );
+        let square = |a: f64, b: f64| if unit == 0.0 { 0.0 } else { ((a - b) / unit).powi(2) };
+        let sum = |square: &dyn Fn(f64, f64) -> f64| {
+            images
+                .iter()
+                .flat_map(|[tractions, image]| tractions[first..].iter().zip(&image[first..]))
+                .map(|(a, b)| square(*a, *b))
+                .sum()
+        };
+        Self {
+            unit,
+            defect: sum(&square),
+            size: sum(&|traction, _| square(traction, 0.0)),
+            image: sum(&|_, image| square(image, 0.0)),
+        }
+    }
+
+    /// Adds up those of bands, in order.
+    fn over(bands: impl Iterator<Item = Self> + Clone) -> Self {
+        let unit = largest(bands.clone().map(|band| band.unit));
+        let mut total = Self { unit, defect: 0.0, size: 0.0, image: 0.0 };
+        for band in bands {
+            let ratio = if band.unit == 0.0 { 0.0 } else { (band.unit / unit).powi(2) };
+            total.defect += band.defect * ratio;
+            total.size += band.size * ratio;
+            total.image += band.image * ratio;
+        }
+        total
+    }
+
+    /// Returns the root of the defect's square over that of a size, in units of `unit`.
+    fn residual(&self, size: f64) -> f64 {
+        if self.unit == 0.0 {
+            return 0.0;
+        }
+        // A quotient 0/0 comes of tractions that are no numbers.
+        let residual = (self.defect / size).sqrt();
+        if residual.is_nan() { f64::INFINITY } else { residual }
+    }
+}
+
 impl Sums {
     /// Adds up the bands, in order.
     fn over(bands: Vec<Sums>) -> Self {
@@ -263,9 +319,9 @@ impl Sums {
             certificate: Certificate::default(),
             force: PerDof::all(0.0),
             magnitude: 0.0,
-            unit: largest(bands.iter().map(|band| band.unit)),
-            defect: 0.0,
-            size: 0.0,
+            pull: 0.0,
+            all: Squares::over(bands.iter().map(|band| band.all)),
+            tangential: Squares::over(bands.iter().map(|band| band.tangential)),
         };
         for band in bands {
             let (most, figures) = (&mut total.certificate, band.certificate);
@@ -276,26 +332,25 @@ impl Sums {
             most.slip_angle = most.slip_angle.max(figures.slip_angle);
             total.force.iter_mut().zip(band.force).for_each(|(total, force)| *total += force);
             total.magnitude += band.magnitude;
-            let ratio = if band.unit == 0.0 { 0.0 } else { (band.unit / total.unit).powi(2) };
-            total.defect += band.defect * ratio;
-            total.size += band.size * ratio;
+            total.pull += band.pull;
         }
         total
     }
 
-    /// Returns the relative residual of the natural map.
-    fn residual(&self) -> f64 {
-        if self.unit == 0.0 {
-            return 0.0;
-        }
-        // A quotient 0/0 comes of tractions that are no numbers.
-        let residual = (self.defect / self.size).sqrt();
-        if residual.is_nan() { f64::INFINITY } else { residual }
+    /// Returns the relative residual of the natural map. Where tangential components are measured
+    /// for themselves, because the scene rolls, `past` is the least size that they count as.
+    fn residual(&self, past: Option<f64>) -> f64 {
+        let residual = self.all.residual(self.all.size);
+        let Some(past) = past else { return residual };
+        let Squares { unit, size, image, .. } = self.tangential;
+        let past = if unit == 0.0 { 0.0 } else { (past / unit).powi(2) };
+        larger(residual, self.tangential.residual(larger(larger(size, image), past)))
     }
 }
 
 /// Returns the largest difference between the forces and moments that the tractions sum up to and
-/// those that are claimed or prescribed, over the sum of their magnitudes.
+/// those that are claimed or prescribed, over the sum of their magnitudes. In a scene that rolls,
+/// tangential ones are over the sum of tangential magnitudes, or what the increment starts from.
 fn force_imbalance(
     problem: &Problem,
     peak: f64,
@@ -306,15 +361,16 @@ fn force_imbalance(
     let area = problem.grid.element_area();
     let unit = problem.scale.traction() * problem.scale.length * problem.scale.length * area;
     let magnitude = sums.magnitude * unit;
+    let pull = problem.past.map_or(magnitude, |past| sums.pull.max(past) * unit);
     let c = claimed;
     let claims = PerDof::new([c.load, c.force_x, c.force_y, c.moment_x, c.moment_y, c.moment_z]);
     // No digit is certain of forces below the range of doubles.
     let mut imbalance: f64 = if peak > 0.0 && !magnitude.is_normal() { f64::INFINITY } else { 0.0 };
     for dof in Dof::ALL {
         let arm = if dof.is_rotation() { problem.scale.length } else { 1.0 };
+        let size = arm * if Dof::TANGENTIAL.contains(&dof) { pull } else { magnitude };
         // The function `max` would pass over what is not a number.
-        let difference =
-            |force: f64| relative((force - sums.force[dof] * unit * arm).abs(), magnitude * arm);
+        let difference = |force: f64| relative((force - sums.force[dof] * unit * arm).abs(), size);
         let missed = if let Control::Force(force) = target[dof] { difference(force) } else { 0.0 };
         for difference in [difference(claims[dof]), missed] {
             imbalance = if difference.is_nan() { f64::INFINITY } else { imbalance.max(difference) };
@@ -349,7 +405,7 @@ mod tests {
             displacement.truncate(p.len());
             let error = |table: &InfluenceTable, displacement: &[f64]| {
                 let sum = |e: usize| table.displacement_at(e, components, &p);
-                transform_error(sum, &grid, components, &p, displacement)
+                transform_error(sum, &grid, components, false, [&p, displacement])
             };
             assert!(
                 error(&right, &displacement) < 1e-15 * 10.0,
@@ -362,6 +418,30 @@ mod tests {
         }
         let nothing = [0.0; 162];
         let sum = |e: usize| right.displacement_at(e, Components::ALL, &nothing);
-        assert_eq!(transform_error(sum, &grid, Components::ALL, &nothing, &nothing), 0.0);
+        for apart in [false, true] {
+            let error = transform_error(sum, &grid, Components::ALL, apart, [&nothing, &nothing]);
+            assert_eq!(error, 0.0);
+        }
+    }
+
+    /// Tangential displacements that are small next to the normal ones are right only if they are
+    /// measured in their own size.
+    #[test]
+    fn small_components_show_if_they_are_apart() {
+        let grid = Grid::new(9, 6, 0.5, 0.75, [0.0; 2]).unwrap();
+        let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.5 }, None);
+        let table = InfluenceTable::new(&grid, &bodies, Projection::Average);
+        let k = grid.len();
+        let p: Vec<f64> = (0..3 * k).map(|i| if i < k { 1.0 } else { 1e-9 }).collect();
+        let sum = |e: usize| table.displacement_at(e, Components::ALL, &p);
+        let mut displacement = vec![0.0; 3 * k];
+        for e in 0..k {
+            let [normal, x, y] = sum(e);
+            (displacement[e], displacement[k + e]) = (normal, 1.001 * x);
+            displacement[2 * k + e] = y;
+        }
+        let error =
+            |apart| transform_error(sum, &grid, Components::ALL, apart, [&p, &displacement]);
+        assert!(error(false) < 1e-11 && error(true) > 5e-4, "{} {}", error(false), error(true));
     }
 }

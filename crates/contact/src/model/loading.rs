@@ -302,6 +302,11 @@ impl Loading {
         }
     }
 
+    /// Returns whether a step rolls.
+    pub(crate) fn rolls(&self) -> bool {
+        self.steps.iter().any(|step| step.rolling.is_some())
+    }
+
     /// Returns the index of the step with which the cycle begins; without a cycle it is the number
     /// of steps.
     fn cycle_start(&self) -> usize {

@@ -280,10 +280,10 @@ impl Observables {
     }
 
     /// Returns the size of the tangential force \[N\], or 0 where it is less than a millionth of
-    /// the load, and so the rounding of tractions that balance.
+    /// the largest traction on all of the contact, and so the rounding of tractions that balance.
     pub fn tangential_force(&self) -> f64 {
         let force = self.force_x.hypot(self.force_y);
-        if force > 1e-6 * self.load.abs() { force } else { 0.0 }
+        if force > 1e-6 * self.peak_traction * self.contact_area { force } else { 0.0 }
     }
 }
 
@@ -295,7 +295,10 @@ pub struct Certificate {
     /// The natural-map residual ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖ with E = 1/(ε + diagonal entry
     /// of A). One E is for the normal direction and one, from the larger entry, for the tangential
     /// ones; in steady rolling the latter is from the largest tangential coefficient of its
-    /// operator.
+    /// operator. In a scene that rolls the tangential components are measured for themselves too,
+    /// ‖p_t − G_t‖ over the largest of ‖p_t‖, ‖G_t‖ and, after other increments, the norm of the
+    /// displacements \[ℓ\] that they left; the larger of the two figures counts. So are the
+    /// displacements by the transform.
     pub residual: f64,
     /// The tension −min(p₁, 0) / max |p₁|, which is 0 if there is none.
     pub tension: f64,
@@ -309,7 +312,8 @@ pub struct Certificate {
     /// rounding.
     pub slip_angle: f64,
     /// The largest difference between a resultant (P, Qx, Qy) that is claimed or prescribed and the
-    /// one that is summed anew, over Σ |p| |e|; for moments it is over Σ |p| |e| times ℓ.
+    /// one that is summed anew, over Σ |p| |e|; for moments it is over Σ |p| |e| times ℓ. In a
+    /// scene that rolls the tangential ones are over Σ |p_t| |e|, or what earlier increments left.
     pub force_imbalance: f64,
 }
 

@@ -11,6 +11,7 @@ use super::error::{SceneError, finite, is_zero, positive, refuse};
 use super::interior::InteriorQuestion;
 use super::loading::Loading;
 use super::rigid::Dof;
+use super::rolling::Rolling;
 use super::wear::Wear;
 use super::wheelset::WheelsetMotion;
 
@@ -375,6 +376,7 @@ impl Scene {
         }
         self.loading.validate()?;
         self.punch.shape.validate_rolling(&self.loading)?;
+        self.check_spin_centers()?;
         if let Some(wear) = &self.wear {
             wear.validate(self.friction.mu, &self.loading)?;
         }
@@ -393,13 +395,35 @@ impl Scene {
 impl Scene {
     /// Returns whether the path moves a rigid degree of freedom, or prescribes its force.
     pub fn moves(&self, dof: Dof) -> bool {
-        let of_wheelset = Dof::TANGENTIAL.contains(&dof)
-            && matches!(&self.punch.shape, Shape::WheelOnRail(wheel) if wheel.motion.is_some());
         self.loading.steps.iter().any(|step| {
             step.given()[dof] != [None, None]
                 || step.creeps(dof)
-                || of_wheelset && step.rolling.is_some()
+                || dof == Dof::ShiftY && step.rolling.is_some_and(|it| it.spin_center != 0.0)
+                || Dof::TANGENTIAL.contains(&dof)
+                    && self.imposes_creepages()
+                    && step.rolling.is_some()
         })
+    }
+
+    /// Returns whether the motion of a wheelset imposes creepages and spin.
+    fn imposes_creepages(&self) -> bool {
+        matches!(&self.punch.shape, Shape::WheelOnRail(wheel) if wheel.motion.is_some())
+    }
+
+    /// Refuses the place of a spin in a step that neither gives a spin nor has one imposed.
+    fn check_spin_centers(&self) -> Result<(), SceneError> {
+        let steps = self.loading.steps.iter().enumerate();
+        for (i, rolling) in steps.filter_map(|(i, step)| Some((i, step.rolling?))) {
+            let Rolling { spin, spin_center, .. } = rolling;
+            if spin_center != 0.0 && spin.is_none() && !self.imposes_creepages() {
+                return Err(refuse(
+                    &format!("loading.steps[{i}].spin_center"),
+                    spin_center,
+                    "needs `spin` in the same step: a spin that is not given turns about x = 0",
+                ));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -70,8 +70,8 @@ pub(crate) fn certify_increment(
         let mut displacement = problem.f.clone();
         operator.apply(&mut displacement[..acting], &p[..acting], &mut operator.scratch());
         let sum = |e: usize| operator.displacement_at(e, &p[..acting]);
-        let error =
-            transform_error(sum, &problem.grid, components, &p[..acting], &displacement[..acting]);
+        let (apart, fields) = (problem.past.is_some(), [&p[..acting], &displacement[..acting]]);
+        let error = transform_error(sum, &problem.grid, components, apart, fields);
         transform = f64::max(transform, error);
         displacement
     };

@@ -65,6 +65,11 @@ pub struct Problem {
     /// steadily, in units of ℓ. The tangential rows of its operator are those of A minus the same
     /// so far ahead. `None` for every other increment, of which the past is a part of f.
     pub steady: Option<f64>,
+    /// The size of the tangential displacements from which the increment starts, in units of ℓ, in
+    /// a scene that rolls. Tangential tractions are then measured in their own size, or in this one
+    /// if it is larger, and not in that of the pressure only. `None` for a scene that does not
+    /// roll.
+    pub(crate) past: Option<f64>,
     /// The fact that the punch goes on beyond Ω, so that contact at its edge is cut off.
     pub open_edge: bool,
     /// The units of the problem.
@@ -200,6 +205,7 @@ impl Problem {
             return Err(scale::out_of_range("punch.shape", *value));
         }
         numerics.suit(&scene.loading)?;
+        layout.check_reach(scene)?;
         scale::check_operator(&bodies, &grid, numerics.projection)?;
         scale::check_loads(scene, numerics, &scale, &grid, &rest)?;
         // A clone would touch the zeros too.
@@ -219,6 +225,7 @@ impl Problem {
             f,
             rest,
             steady: None,
+            past: scene.loading.rolls().then_some(0.0),
             open_edge: layout.open_edge,
             scale,
         })
@@ -252,6 +259,7 @@ impl Problem {
             epsilon: self.epsilon,
             ceiling: self.ceiling,
             steady: self.steady,
+            past: self.past,
             open_edge: self.open_edge,
             scale: self.scale,
         })
@@ -327,6 +335,13 @@ impl Problem {
     /// starts. The function leaves f as it is.
     pub fn remember(&mut self, left: &[f64], motion: &PerDof<f64>) {
         let (k, nx, grid) = (self.grid.len(), self.grid.nx(), &self.grid);
+        self.past = self.past.map(|_| {
+            let square = |row: usize| left[row] * left[row];
+            let tangential = self.blocks().filter(|(_, c)| *c > 0);
+            let squares =
+                tangential.flat_map(|(block, _)| grid.active().map(move |e| square(block * k + e)));
+            squares.sum::<f64>().sqrt()
+        });
         for (block, c) in self
             .components
             .directions()
@@ -431,7 +446,9 @@ impl Problem {
 
     /// Returns the relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ \[1\] with v = εp + w
     /// and E = 1/(ε + `diagonal`), one for each direction; `w` = A p − f. It is 0 if p = 0 solves
-    /// the problem, and infinite if p = 0 does not. Masked elements do not count.
+    /// the problem, and infinite if p = 0 does not. In a scene that rolls it is not less
+    /// than that of the tangential components alone, over their own size, which is the largest of
+    /// ‖p_t‖, that of their images and what is [past](Problem::past). Masked elements do not count.
     pub(crate) fn residual(&self, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> f64 {
         let diagonal = diagonal.into();
         // The pairs are p and its image at each element.
@@ -447,31 +464,51 @@ impl Problem {
                 (traction, g_mu(x, self.mu, self.ceiling))
             })
         };
-        let sums = |unit: f64| {
+        // The sums of squares are those of the defect, of the tractions and of their images.
+        let sums = |first: usize, unit: f64| {
             let bands = parallel::bands(self.grid.len(), |band| {
-                let (mut defect, mut size) = (0.0, 0.0);
+                let (mut defect, mut size, mut image) = (0.0, 0.0, 0.0);
                 for (traction, mapped) in pairs(band) {
-                    for c in 0..3 {
+                    for c in first..3 {
                         defect += ((traction[c] - mapped[c]) / unit).powi(2);
                         size += (traction[c] / unit).powi(2);
+                        image += (mapped[c] / unit).powi(2);
                     }
                 }
-                (defect, size)
+                [defect, size, image]
             });
-            bands.into_iter().fold((0.0, 0.0), |sum, band| (sum.0 + band.0, sum.1 + band.1))
+            bands.into_iter().fold([0.0; 3], |sum, band| [0, 1, 2].map(|i| sum[i] + band[i]))
         };
-        let (mut defect, mut size) = sums(1.0);
         // Squares that may have left the range of doubles say nothing.
-        if !(SQUARES.contains(&defect) && SQUARES.contains(&size)) {
+        let in_range = |first: usize| {
+            let squares = sums(first, 1.0);
+            if squares[..2].iter().all(|square| SQUARES.contains(square)) {
+                return (squares, 1.0);
+            }
             let largest = pairs(0..self.grid.len())
-                .flat_map(|(traction, mapped)| [traction, mapped])
-                .flatten()
+                .flat_map(|(traction, mapped)| {
+                    traction.into_iter().skip(first).chain(mapped.into_iter().skip(first))
+                })
                 .fold(0.0, |a: f64, b| a.max(b.abs()));
             if largest > 0.0 && largest.is_finite() {
-                (defect, size) = sums(largest);
+                (sums(first, largest), largest)
+            } else {
+                (squares, 1.0)
             }
-        }
-        if defect == 0.0 { 0.0 } else { (defect / size).sqrt() }
+        };
+        let ([defect, size, _], _) = in_range(0);
+        let residual = if defect == 0.0 { 0.0 } else { (defect / size).sqrt() };
+        let Some(past) = self.past.filter(|_| self.components != Components::NORMAL) else {
+            return residual;
+        };
+        let ([defect, size, image], unit) = in_range(1);
+        let tangential = if defect == 0.0 {
+            0.0
+        } else {
+            (defect / size.max(image).max((past / unit).powi(2))).sqrt()
+        };
+        // The function `max` would pass over what is not a number.
+        if residual.is_nan() { residual } else { residual.max(tangential) }
     }
 
     /// Returns x = p − E v of an element with the `traction` p, with v = εp + w and E = 1/(ε +

@@ -82,6 +82,26 @@ impl Layout {
         scale::check_units(modulus, bodies, &scale, self.element)?;
         Ok(scale)
     }
+
+    /// Refuses steps that roll in an increment by distances next to which Ω is nothing.
+    pub(crate) fn check_reach(&self, scene: &Scene) -> Result<(), SceneError> {
+        let most = FARTHEST * self.nx as f64 * self.element[0] * self.half_diameter;
+        for (i, step) in scene.loading.steps.iter().enumerate() {
+            if let Some(distance) = step.rolling.and_then(|rolling| rolling.dq)
+                && distance > most
+            {
+                return Err(SceneError {
+                    key: format!("loading.steps[{i}].dq"),
+                    value: format!("{distance:e}"),
+                    expected: format!(
+                        "must be at most a thousand lengths of Ω, {most:e} m, in an increment: \
+                         after one of them nothing is left of what was in contact before"
+                    ),
+                });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Returns a scene as it is on its grid: with the creepages that the motion of its wheelset imposes,
@@ -102,6 +122,10 @@ pub(crate) fn on_grid<'a>(
     }
     Ok(scene)
 }
+
+/// The lengths of Ω that a contact may go on in an increment. What is farther away than some
+/// lengths of a contact is out of its reach, and the tables of layers end somewhere.
+const FARTHEST: f64 = 1e3;
 
 /// The smallest part of an element that a contact goes on in steady rolling. From nearer, the mesh
 /// does not see a difference of displacements: with a hundredth Newton's method fails.

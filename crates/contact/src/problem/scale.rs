@@ -3,7 +3,7 @@
 
 use crate::foundation::Bodies;
 use crate::grid::Grid;
-use crate::model::{Base, Dof, Numerics, PerDof, Projection, Scene, SceneError, Step};
+use crate::model::{Base, Dof, Numerics, PerDof, Projection, Rolling, Scene, SceneError, Step};
 
 /// The units in which a [`Problem`](super::Problem) is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,26 +174,37 @@ pub(crate) fn check_loads(
     let area = grid.element_area();
     let top = grid.active().map(|e| rest[e]).fold(f64::NEG_INFINITY, f64::max);
     for (i, step) in scene.loading.steps.iter().enumerate() {
+        let squarable = |name: &str, value: f64, unit: f64| {
+            let relative = (value / unit).abs();
+            // The last unit is that of energy too.
+            if value == 0.0
+                || SQUARABLE.contains(&relative)
+                    && (relative * relative * forces[Dof::Twist]).is_finite()
+            {
+                return Ok(());
+            }
+            let most = SQUARABLE.end().min((f64::MAX / forces[Dof::Twist]).sqrt());
+            let [low, high] = [*SQUARABLE.start(), most].map(|end| end * unit);
+            let expected = format!(
+                "cannot be squared in double precision next to sizes and moduli; 0, or between {low:e} and {high:e}"
+            );
+            refuse(&format!("loading.steps[{i}].{name}"), value, expected)
+        };
         for dof in Dof::ALL {
             let ([motion, force], [motion_name, force_name]) =
                 (step.given()[dof], Step::NAMES[dof]);
-            for (value, name, unit) in
-                [(motion, motion_name, motions[dof]), (force, force_name, forces[dof])]
-            {
-                let value = value.unwrap_or(0.0);
-                let relative = (value / unit).abs();
-                // The last unit is that of energy too.
-                if value != 0.0
-                    && !(SQUARABLE.contains(&relative)
-                        && (relative * relative * forces[Dof::Twist]).is_finite())
-                {
-                    let most = SQUARABLE.end().min((f64::MAX / forces[Dof::Twist]).sqrt());
-                    let [low, high] = [*SQUARABLE.start(), most].map(|end| end * unit);
-                    let expected = format!(
-                        "cannot be squared in double precision next to sizes and moduli; 0, or between {low:e} and {high:e}"
-                    );
-                    return refuse(&format!("loading.steps[{i}].{name}"), value, expected);
-                }
+            squarable(motion_name, motion.unwrap_or(0.0), motions[dof])?;
+            squarable(force_name, force.unwrap_or(0.0), forces[dof])?;
+        }
+        if let Some(rolling) = &step.rolling {
+            let distance = rolling.dq.unwrap_or(grid.hx() * scale.length);
+            let unit = motions.map(|motion| motion / distance);
+            let Rolling { creepage_x, creepage_y, spin, spin_center, .. } = *rolling;
+            squarable("creepage_x", creepage_x.unwrap_or(0.0), unit[Dof::ShiftX])?;
+            squarable("creepage_y", creepage_y.unwrap_or(0.0), unit[Dof::ShiftY])?;
+            squarable("spin", spin.unwrap_or(0.0), unit[Dof::Twist])?;
+            if let Some(spin) = spin.filter(|spin| *spin != 0.0) {
+                squarable("spin_center", spin_center, unit[Dof::ShiftY] / spin.abs())?;
             }
         }
         let Some(force) = step.normal_force else { continue };

@@ -129,7 +129,9 @@ pub(super) fn explain(problem: &Problem, controls: &PerDof<Control>, iterate: &I
 }
 
 /// Returns the differences between the `targets` and the resultants of `p` for the `governed`
-/// degrees of freedom, over Σ|p||e| (moments in units of ℓ).
+/// degrees of freedom, over Σ|p||e| (moments in units of ℓ). In a scene that rolls, tangential
+/// forces and the twisting moment are measured in the tangential tractions, or in what the
+/// increment starts from.
 pub(super) fn imbalances(
     problem: &Problem,
     p: &[f64],
@@ -140,14 +142,22 @@ pub(super) fn imbalances(
         return Vec::new();
     }
     let resultants = problem.resultants(p);
-    let largest =
-        |e: usize| problem.traction(p, e).into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    let size = problem.grid.active().map(largest).sum::<f64>()
-        * problem.grid.element_area()
-        * images(&problem.mirror);
+    let sum = |first: usize| {
+        let largest = |e: usize| {
+            let traction = problem.traction(p, e);
+            traction[first..].iter().fold(0.0, |a: f64, b| a.max(b.abs()))
+        };
+        problem.grid.active().map(largest).sum::<f64>()
+    };
+    let unit = problem.grid.element_area() * images(&problem.mirror);
+    let size = sum(0) * unit;
+    let tangential = problem.past.map_or(size, |past| sum(1).max(past) * unit);
     // Nothing is in balance with nothing.
-    let relative = |difference: f64| if difference == 0.0 { 0.0 } else { difference / size };
-    governed.iter().map(|&dof| relative((resultants[dof] - targets[dof]).abs())).collect()
+    let relative = |dof: Dof, difference: f64| {
+        let size = if Dof::TANGENTIAL.contains(&dof) { tangential } else { size };
+        if difference == 0.0 { 0.0 } else { difference / size }
+    };
+    governed.iter().map(|&dof| relative(dof, (resultants[dof] - targets[dof]).abs())).collect()
 }
 
 /// Returns an approach at which springs under each element, as stiff together as a half-space under

@@ -2,13 +2,14 @@
 //! (midpoint projection): steady states and paths, of like and unlike bodies, with creepages and
 //! spin. Numbers of elements agree exactly, resultants to 1e-8 of μP and fields to 1e-8 of their
 //! peaks. `inverse` gives forces instead of creepages; `laws` and `theory` need no other program;
-//! `limits` goes to the ends of what rolls, `random` has scenes of all kinds, and `uniqueness` says
-//! what else could be a solution.
+//! `limits` goes to the ends of what rolls, `refused` beyond them, `random` has scenes of all kinds,
+//! and `uniqueness` says what else could be a solution.
 
 mod inverse;
 mod laws;
 mod limits;
 mod random;
+mod refused;
 mod theory;
 mod uniqueness;
 

@@ -19,7 +19,8 @@ fn come_back(id: &str, turns: bool) {
     (given.force_x, given.force_y) = (result("force_x"), result("force_y"));
     if turns {
         // The place about which a spin turns only counts where it is given.
-        given.rolling = given.rolling.map(|rolling| Rolling { spin: None, ..rolling });
+        given.rolling =
+            given.rolling.map(|rolling| Rolling { spin: None, spin_center: 0.0, ..rolling });
         given.moment_z = result("moment_z");
     }
     let (scene, numerics) = problem(&case, vec![given]);
