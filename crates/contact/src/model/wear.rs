@@ -79,8 +79,8 @@ impl Wear {
         }
         let in_cycle = |step: &usize| loading.cycle_from.is_some_and(|from| *step >= from as usize);
         let steps = loading.steps.iter().enumerate();
-        let rolling = steps.filter(|(_, step)| step.rolling.is_some()).map(|(index, _)| index);
-        if let Some(step) = rolling.filter(in_cycle).next().filter(|_| repeat > 1) {
+        let mut rolling = steps.filter(|(_, step)| step.rolling.is_some()).map(|(index, _)| index);
+        if let Some(step) = rolling.find(in_cycle).filter(|_| repeat > 1) {
             let expected = format!(
                 "must be 1 where loading.steps[{step}] of the cycle rolls: the material goes on in \
                  each cycle, and meets none of those that one would stand for"
