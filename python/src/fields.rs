@@ -6,7 +6,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// Returns fields as a dictionary of arrays: `x` and `y` are the centres of the elements \[m\], the
-/// others have the shape (y, x). `friction_work` is computed of them. Only a scene that wears has `wear_depth`.
+/// others have the shape (y, x). `friction_work` is computed of them. Only a scene that wears has
+/// `wear_depth`.
 pub(crate) fn arrays<'py>(py: Python<'py>, fields: Fields) -> PyResult<Bound<'py, PyDict>> {
     let [nx, ny] = fields.shape.map(|n| n as usize);
     stacked(py, vec![fields], &[ny, nx])

@@ -114,7 +114,7 @@ mod tests {
         }
     }
 
-    /// The material after a cycle that rolls is not that before it, so that its depth has no growth.
+    /// The material after a cycle that rolls is not that before it, so that there is no growth.
     #[test]
     fn a_depth_grows_in_a_cycle_that_does_not_roll() {
         assert_eq!(figure("cycle_wear_depth", [SHIFT; 2]), Value::Number(6.0));
