@@ -1,5 +1,6 @@
 //! The wear along a path: Archard's law in each increment, the depth on the material as it stands
-//! or passes through, and the shape that is left.
+//! or passes through, and the shape that is left, as I. R. McColl, J. Ding and S. B. Leen follow it
+//! for fretting (Wear 256, 1114–1127, 2004, doi:10.1016/j.wear.2003.07.001).
 
 use super::worn_material::WornMaterial;
 use crate::model::{Fields, State, Wear, Worn};
