@@ -81,7 +81,8 @@ pub(super) fn load_residual(below: &Subsurface<'_>, depth: f64, side: DepthSide)
     /// The radius, in the longest of all lengths, beyond which what is left of the forces falls
     /// like 1/r.
     const FARTHEST: f64 = 1e4;
-    let farthest = FARTHEST * depth.max(longest_length(below.foundation));
+    let longest = depth.max(longest_length(below.foundation));
+    let farthest = FARTHEST * longest;
     // The last piece of the radius may end beyond.
     let reach = 1.01 * RATIO * farthest;
     let kernels = StressKernels::new(below.foundation, depth, side, reach)?;
@@ -89,7 +90,8 @@ pub(super) fn load_residual(below: &Subsurface<'_>, depth: f64, side: DepthSide)
     let area = 4.0 * half_side * half_side;
     let (mut inner, mut outer) = (0.0, 0.2 * depth);
     // The forces along z, x and y under loads along them, and the moments under those along x and
-    // y; in the unit of the load, and of the load times the depth.
+    // y; in the unit of the load, and of the load times the longest length: rounding of stresses
+    // that are far away has that arm, and more.
     let (mut sums, mut before) = ([0.0; 5], [0.0; 5]);
     while inner < farthest {
         before = sums;
@@ -101,7 +103,7 @@ pub(super) fn load_residual(below: &Subsurface<'_>, depth: f64, side: DepthSide)
                 let turn = std::f64::consts::FRAC_PI_2 * (angle as f64 + 0.5) / ANGLES as f64;
                 let [x, y] = [r * turn.cos(), r * turn.sin()];
                 let [_, _, zz, _, yz, xz] = kernels.stresses([x, y], [half_side; 2]);
-                let parts = [zz[0], xz[1], yz[2], zz[1] * (x / depth), zz[2] * (y / depth)];
+                let parts = [zz[0], xz[1], yz[2], zz[1] * (x / longest), zz[2] * (y / longest)];
                 for (sum, part) in sums.iter_mut().zip(parts) {
                     *sum += ring * part;
                 }
@@ -111,5 +113,6 @@ pub(super) fn load_residual(below: &Subsurface<'_>, depth: f64, side: DepthSide)
     }
     // What is left beyond halves from the last radius but one to the last, but for the pressure.
     let rest = |i: usize| if i == 0 { 0.0 } else { (sums[i] - before[i]) / (RATIO - 1.0) };
-    Some(largest((0..5).map(|i| sums[i] + rest(i) + 1.0)))
+    let exact = |i: usize| if i < 3 { -1.0 } else { -depth / longest };
+    Some(largest((0..5).map(|i| sums[i] + rest(i) - exact(i))))
 }
