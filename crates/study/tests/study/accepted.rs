@@ -613,7 +613,7 @@ prop_compose! {
         depths in prop::collection::vec(0.0..1.0f64, 0..3),
         points in prop::collection::vec([-1.0..1.0f64, -1.0..1.0f64, 0.0..1.0f64], 0..3),
     ) -> InteriorQuestion {
-        InteriorQuestion { maximum: maximum || depths.is_empty(), depths, points }
+        InteriorQuestion { maximum: maximum || depths.is_empty(), depths, points }.normalised()
     }
 }
 
@@ -678,13 +678,24 @@ prop_compose! {
     ) -> Job {
         let Job::Solve(mut case) = job else { unreachable!("a plain job solves a scene") };
         let Scene { loading, punch, wear, .. } = &mut case.scene;
+        // What has an edge or a tip does not roll.
+        let is_round = !matches!(
+            punch.shape,
+            Shape::FlatRectangle { .. } | Shape::FlatDisk { .. } | Shape::Cone { .. }
+        );
+        let rolling: Vec<_> = rolling.into_iter().filter(|_| is_round).collect();
         let rolls = rolling.iter().zip(&loading.steps).any(|(rolling, _)| rolling.is_some());
-        let motion = motion.filter(|_| rolls);
+        let is_turned = loading.steps.iter().any(|step| step.moment_z.is_some());
+        let motion = motion.filter(|_| rolls && !is_turned);
         let mut is_imposed = false;
         if let Shape::WheelOnRail(wheel) = &mut punch.shape {
             let is_pulled = loading.steps.iter().any(|step| step.force_x.is_some());
+            let is_pulled_aside = loading.steps.iter().any(|step| step.force_y.is_some());
+            let aside = |velocity: f64| if is_pulled_aside { 0.0 } else { velocity };
             wheel.motion = motion.map(|motion| WheelsetMotion {
                 angular_speed: motion.angular_speed.filter(|_| !is_pulled),
+                lateral_velocity: aside(motion.lateral_velocity),
+                roll_rate: aside(motion.roll_rate),
                 ..motion
             });
             is_imposed = motion.is_some();
@@ -693,7 +704,7 @@ prop_compose! {
             rolling.into_iter().for_each(|rolling| roll(step, rolling, is_imposed));
         }
         if rolls {
-            *wear = wear.map(|wear| Wear { update: false, ..wear });
+            *wear = wear.map(|wear| Wear { update: false, repeat: 1, ..wear });
             case.numerics.epsilon = 0.0;
             case.numerics.method = Method::Auto;
         }

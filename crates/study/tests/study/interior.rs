@@ -96,7 +96,7 @@ fn too_many_points_in_all_are_refused() {
         points.join(", ")
     );
     let said = read(&text(&more)).expect_err("two million points").to_string();
-    assert!(said.contains("2001 points with up to 1001 load steps, layers, and planes"), "{said}");
+    assert!(said.contains("2001 points with up to 1002 load steps, layers, and planes"), "{said}");
 }
 
 /// Keys of jobs that ask for nothing are those of before, and those that ask have others.
