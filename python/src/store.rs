@@ -115,8 +115,8 @@ impl StoreObject {
     }
 }
 
-/// Returns a column with its values. Where a number or a flag is missing, `missing` is true, and there is 0,
-/// NaN or false; a missing text is None.
+/// Returns a column with its values. Where a number or a flag is missing, `missing` is true, and
+/// there is 0, NaN or false; a missing text is None.
 fn column<'py>(
     py: Python<'py>,
     column: TypedColumn,

@@ -41,6 +41,12 @@ impl Value {
             Value::Flag(_) | Value::Text(_) | Value::Missing => None,
         }
     }
+
+    /// Returns `a`/`b` if `b` is positive.
+    pub(crate) fn ratio(a: f64, b: f64) -> Value {
+        // The sum turns −0 into 0.
+        if b > 0.0 { Value::Number(a / b + 0.0) } else { Value::Missing }
+    }
 }
 
 /// Numbers are displayed in their shortest exact form, missing values as nothing.

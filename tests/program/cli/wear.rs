@@ -56,7 +56,7 @@ fn wear_is_planned_computed_asked_for_and_drawn() {
         assert!((number(end, "cycle_wear_volume") / volume - 1.0).abs() < 1e-6, "{end}");
         assert!(number(end, "cycle_wear_depth") < number(end, "wear_depth"), "{end}");
         assert!(end["wear_per_length"].is_null(), "nothing rolls");
-        assert_eq!(end["hertz_a"].is_null(), end["wear_update"] == "true", "{end}");
+        assert_eq!(end["hertz_a"].is_null(), end["wear_update"] == true, "{end}");
     }
     let [fixed, worn] = [&ends[0], &ends[1]];
     let shown = place.call(&format!("show {}", worn["key"].as_str().unwrap()));

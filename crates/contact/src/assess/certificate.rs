@@ -51,7 +51,8 @@ pub(crate) fn transform_error(
     // Each sum is of the normal displacements, and of the tangential ones if they are apart.
     let place = |to: Direction| usize::from(apart && to != Direction::N);
     let larger_of = |a: [f64; 2], b: [f64; 2]| [larger(a[0], b[0]), larger(a[1], b[1])];
-    let alone = |place: usize, value: f64| [0, 1].map(|at| if at == place { value } else { 0.0 });
+    let alone =
+        |place: usize, value: f64| [0, 1].map(|index| if index == place { value } else { 0.0 });
     let differences = sampled.par_iter().map(|&e| {
         let summed = sum(e);
         let error = |(block, to): (usize, Direction)| {

@@ -57,7 +57,7 @@ struct MeasuredPlane {
     values: [Vec<f64>; 2],
 }
 
-/// What the checks of an answer have found.
+/// The largest residual that the checks of an answer have found; `None` without a check.
 #[derive(Default)]
 struct Residual(Option<f64>);
 

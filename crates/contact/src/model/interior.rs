@@ -153,8 +153,8 @@ pub struct StressPeak {
 pub struct LargestStress {
     /// The largest one at the elements' centres on the surface.
     pub surface: StressPeak,
-    /// The largest local maximum below the surface, between the depths that were searched; `None` if
-    /// there is none. Depths at which the steps of traction from element to element would be felt
+    /// The largest local maximum below the surface, between the depths that were searched; `None`
+    /// if there is none. Depths at which the steps of traction from element to element would be felt
     /// are not searched.
     pub below: Option<StressPeak>,
 }

@@ -179,8 +179,8 @@ pub enum Route {
     /// Newton's method, with the motions that forces govern among its unknowns.
     #[default]
     Newton,
-    /// Newton's method for prescribed motions within one for the forces, or from solutions with more
-    /// friction.
+    /// Newton's method for prescribed motions within one for the forces, or from solutions with
+    /// more friction.
     NewtonWithinForces,
     /// Newton's method within one for the forces, with Seidel sweeps where it does not converge.
     NewtonAndSeidel,
@@ -366,8 +366,8 @@ pub struct Fields {
 }
 
 impl Fields {
-    /// Returns the x of the edge of the contact that leads in a direction of rolling \[m\]: the outer
-    /// side of the foremost element in contact; `None` without contact.
+    /// Returns the x of the edge of the contact that leads in a direction of rolling \[m\]: the
+    /// outer side of the foremost element in contact; `None` without contact.
     pub fn leading_edge(&self, direction: RollingDirection) -> Option<f64> {
         let nx = self.shape[0] as usize;
         let touches = |state: &u8| [State::Stick as u8, State::Slip as u8].contains(state);

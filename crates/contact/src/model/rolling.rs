@@ -198,8 +198,8 @@ impl Rolling {
         Rolled { distance, creepage_x, creepage_y, creepage_y_at_origin, spin }
     }
 
-    /// Returns the same rolling with 0 in place of −0, and without the creepages and the spin of 0 of
-    /// those degrees of freedom, in the order of [`Dof::TANGENTIAL`], that are 0 unless given.
+    /// Returns the same rolling with 0 in place of −0, and without the creepages and the spin of 0
+    /// of those degrees of freedom, in the order of [`Dof::TANGENTIAL`], that are 0 unless given.
     pub(super) fn normalised(&self, zero_unless_given: [bool; 3]) -> Self {
         let [creepage_x, creepage_y, spin] = std::array::from_fn(|index| {
             let given = self.given()[index].map(|value| value + 0.0);

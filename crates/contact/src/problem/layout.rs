@@ -104,8 +104,8 @@ impl Layout {
     }
 }
 
-/// Returns a scene as it is on its grid: with the creepages that the motion of its wheelset imposes,
-/// and with the increments that the elements make of the distances that it rolls.
+/// Returns a scene as it is on its grid: with the creepages that the motion of its wheelset
+/// imposes, and with the increments that the elements make of the distances that it rolls.
 ///
 /// # Errors
 /// A [`SceneError`] reports a domain or creepages that cannot be derived, or too many increments.

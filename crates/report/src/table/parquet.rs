@@ -93,7 +93,8 @@ impl From<ParquetError> for ParquetFault {
 /// A Parquet file that is being written.
 ///
 /// Each block of rows becomes a row group, and nothing but its figures stays in memory. Numbers are
-/// `DOUBLE`, whole numbers `INT64`, flags `BOOLEAN`, texts UTF-8; every column may have nulls, and NaN is no null.
+/// `DOUBLE`, whole numbers `INT64`, flags `BOOLEAN`, texts UTF-8; every column
+/// may have nulls, and NaN is no null.
 /// The metadata of the file have, as JSON, `tribosweep.columns`, a list of the columns with `name`,
 /// `unit` and `meaning`, and `PANDAS_ATTRS`, from which pandas takes `attrs["units"]` and
 /// `attrs["meanings"]`. Compression is Snappy's, which every reader of Parquet knows.

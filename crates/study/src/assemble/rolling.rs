@@ -1,8 +1,8 @@
 //! The rolling of a step, whose keys stand beside the others of the step.
 //!
 //! A step rolls if it says `steady = true`, which is the limit of a long way, or a `distance`. The
-//! distance is divided evenly, into `increments`, into parts no longer than `dq`, or else into parts
-//! no longer than an element.
+//! distance is divided evenly, into `increments`, into parts no longer than `dq`, or else into
+//! parts no longer than an element.
 
 use contact::model::{ImposedCreepages, Loading, Rolling, RollingDirection, RollingHistory};
 

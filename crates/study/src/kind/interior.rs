@@ -2,7 +2,6 @@
 
 use contact::model::{Interior, Outcome};
 
-use super::solve::ratio;
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
 use crate::value::Value;
@@ -126,5 +125,5 @@ fn interior(outcome: &Outcome, read: fn(&Interior) -> Option<f64>) -> Value {
 fn over_pressure(outcome: &Outcome, read: fn(&Interior) -> Option<f64>) -> Value {
     let pressure = outcome.last().map_or(0.0, |end| end.observables.peak_pressure);
     let stress = outcome.further.interior.as_ref().and_then(read);
-    stress.map_or(Value::Missing, |stress| ratio(stress, pressure))
+    stress.map_or(Value::Missing, |stress| Value::ratio(stress, pressure))
 }

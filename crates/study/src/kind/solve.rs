@@ -91,14 +91,14 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
     Observable "moment_y" Moment "moment about y" number!(observables.moment_y);
     Observable "moment_z" Moment "moment about z" number!(observables.moment_z);
     Observable "contact_x" ("x of the centre of pressure") Length "x of the centre of pressure"
-        ColumnSource::Observed(|o| ratio(-o.moment_y, o.load));
+        ColumnSource::Observed(|o| Value::ratio(-o.moment_y, o.load));
     Observable "contact_y" ("y of the centre of pressure") Length "y of the centre of pressure"
-        ColumnSource::Observed(|o| ratio(o.moment_x, o.load));
+        ColumnSource::Observed(|o| Value::ratio(o.moment_x, o.load));
     Observable "contact_area" Area "area in contact" number!(observables.contact_area);
     Observable "stick_area" Area "area in contact that sticks" number!(observables.stick_area);
     Observable "slip_area" Area "area in contact that slips" number!(observables.slip_area);
     Observable "stick_fraction" Pure "stick area over contact area"
-        ColumnSource::Observed(|o| ratio(o.stick_area, o.contact_area));
+        ColumnSource::Observed(|o| Value::ratio(o.stick_area, o.contact_area));
     Observable "contact_radius" Length "radius of the disk of the contact area"
         ColumnSource::Observed(|o| Value::Number((o.contact_area / std::f64::consts::PI).sqrt()));
     Observable "patches" ("number of patches") Count "separate regions in contact"
@@ -108,7 +108,7 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
     Observable "separated_area" Area "area that could be in contact and is not"
         ColumnSource::Observed(|o| Value::Number(o.sole_area - o.contact_area));
     Observable "separated_fraction" Pure "separated area over the area that could be in contact"
-        ColumnSource::Observed(|o| ratio(o.sole_area - o.contact_area, o.sole_area));
+        ColumnSource::Observed(|o| Value::ratio(o.sole_area - o.contact_area, o.sole_area));
     Observable "largest_gap" Length "largest gap where contact could be"
         number!(observables.largest_gap);
     Observable "contact_elements" Count "elements in contact" integer!(observables.contact_elements);
@@ -252,12 +252,6 @@ pub(crate) const WORK: &[Column] = result_columns! {
             outcome.route().map_or(Value::Missing, |route| Value::Text(route.words().to_owned()))
         });
 };
-
-/// Returns `a`/`b` if `b` is positive.
-pub(super) fn ratio(a: f64, b: f64) -> Value {
-    // The sum turns −0 into 0.
-    if b > 0.0 { Value::Number(a / b + 0.0) } else { Value::Missing }
-}
 
 fn hertz(outcome: &Outcome, read: fn(&Hertz) -> f64) -> Value {
     outcome.hertz.as_ref().map_or(Value::Missing, |hertz| Value::Number(read(hertz)))
