@@ -68,7 +68,7 @@ fn wear_is_planned_computed_asked_for_and_drawn() {
     let columns = "wear_update,increment,wear_depth,wear_volume";
     let along = rows(&place, &format!("query fretting --steps --select {columns} --json"));
     assert_eq!(along.len(), 2 * 19);
-    let of_fixed: Vec<&Value> = along.iter().filter(|row| row["wear_update"] == "false").collect();
+    let of_fixed: Vec<&Value> = along.iter().filter(|row| row["wear_update"] == false).collect();
     let volumes: Vec<f64> = of_fixed.iter().map(|row| number(row, "wear_volume")).collect();
     assert!(volumes.is_sorted() && volumes[0] < 0.1 * volumes[18], "{volumes:?}");
     assert_eq!(volumes[18], number(fixed, "wear_volume"));

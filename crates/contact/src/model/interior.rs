@@ -154,8 +154,8 @@ pub struct LargestStress {
     /// The largest one at the elements' centres on the surface.
     pub surface: StressPeak,
     /// The largest local maximum below the surface, between the depths that were searched; `None`
-    /// if there is none. Depths at which the steps of traction from element to element would be felt
-    /// are not searched.
+    /// if there is none. Depths at which the steps of traction from element to element would be
+    /// felt are not searched.
     pub below: Option<StressPeak>,
 }
 
