@@ -14,7 +14,8 @@ pub struct Further {
     pub interior: Option<Interior>,
     /// The x of the leading edge after each increment of the path, in order \[m\]: the outer side
     /// of the foremost element in contact, in the direction of rolling. It is `None` for an
-    /// increment that does not roll or has no contact; the list is empty for a scene that does not roll.
+    /// increment that does not roll or has no contact; the list is empty for a scene that does
+    /// not roll.
     pub leading_edges: Vec<Option<f64>>,
 }
 
