@@ -121,6 +121,9 @@ struct Sums {
     all: Squares,
     /// The squares of the tangential components.
     tangential: Squares,
+    /// The same where friction is bounded by the pressure itself and not by its image, in a scene
+    /// that rolls.
+    under_pressure: Squares,
 }
 
 /// The sums of squares of tractions and of their images under the natural map.
@@ -188,11 +191,15 @@ impl Claim<'_> {
         // Tractions are kept with their images to be measured in units of the largest, because
         // squares leave the range of doubles early.
         let mut images: Vec<[[f64; 3]; 2]> = Vec::with_capacity(band.len());
+        let mut under_pressure: Vec<[[f64; 3]; 2]> = Vec::new();
         let (mut force, mut magnitude, mut pull) = (PerDof::all(0.0), 0.0, 0.0);
         for e in problem.grid.active_in(band) {
             let tractions = [p[e], p[k + e], p[2 * k + e]];
             let w = [self.w(e, 0), self.w(e, 1), self.w(e, 2)];
-            images.push([tractions, self.image(tractions, w)]);
+            images.push([tractions, self.image(tractions, w, None)]);
+            if problem.past.is_some() {
+                under_pressure.push([tractions, self.image(tractions, w, Some(p[e]))]);
+            }
             self.measure(&mut certificate, sizes, tractions, w);
             let [pressure, px, py] = tractions;
             let [x, y] = problem.grid.center(e);
@@ -210,12 +217,19 @@ impl Claim<'_> {
             pull += px.abs().max(py.abs());
         }
         let [all, tangential] = [0, 1].map(|first| Squares::of(&images, first));
-        Sums { certificate, force, magnitude, pull, all, tangential }
+        let under_pressure = Squares::of(&under_pressure, 1);
+        Sums { certificate, force, magnitude, pull, all, tangential, under_pressure }
     }
 
     /// Returns the natural map of an element's tractions, written as a nearest point of the
-    /// truncated cone's section rather than as G.
-    fn image(&self, [pressure, px, py]: [f64; 3], [gap, slip_x, slip_y]: [f64; 3]) -> [f64; 3] {
+    /// truncated cone's section rather than as G. Friction is bounded by the image of the pressure,
+    /// or by a pressure that is given.
+    fn image(
+        &self,
+        [pressure, px, py]: [f64; 3],
+        [gap, slip_x, slip_y]: [f64; 3],
+        bound: Option<f64>,
+    ) -> [f64; 3] {
         let Self { problem, diagonals: Diagonals { normal, tangential }, .. } = self;
         let (mu, ceiling) = (problem.mu, problem.ceiling);
         let (press, pull) =
@@ -228,7 +242,7 @@ impl Claim<'_> {
         } else {
             trial.0
         };
-        let radius = mu * allowed;
+        let radius = mu * bound.map_or(allowed, |bound| bound.max(0.0).min(ceiling));
         let trial_traction = trial.1.hypot(trial.2);
         let shrink = if trial_traction > radius { radius / trial_traction } else { 1.0 };
         [allowed, trial.1 * shrink, trial.2 * shrink]
@@ -323,6 +337,7 @@ impl Sums {
             pull: 0.0,
             all: Squares::over(bands.iter().map(|band| band.all)),
             tangential: Squares::over(bands.iter().map(|band| band.tangential)),
+            under_pressure: Squares::over(bands.iter().map(|band| band.under_pressure)),
         };
         for band in bands {
             let (most, figures) = (&mut total.certificate, band.certificate);
@@ -339,13 +354,18 @@ impl Sums {
     }
 
     /// Returns the relative residual of the natural map. Where tangential components are measured
-    /// for themselves, because the scene rolls, `past` is the least size that they count as.
+    /// for themselves, because the scene rolls, `past` is the least size that they count as. Their
+    /// law holds for the image of the pressure or for the pressure itself, which differ by what the
+    /// residual of the normal law counts: small tractions would otherwise answer for it.
     fn residual(&self, past: Option<f64>) -> f64 {
         let residual = self.all.residual(self.all.size);
         let Some(past) = past else { return residual };
-        let Squares { unit, size, image, .. } = self.tangential;
-        let past = if unit == 0.0 { 0.0 } else { (past / unit).powi(2) };
-        larger(residual, self.tangential.residual(larger(larger(size, image), past)))
+        let [one, other] = [&self.tangential, &self.under_pressure].map(|squares| {
+            let Squares { unit, size, image, .. } = *squares;
+            let past = if unit == 0.0 { 0.0 } else { (past / unit).powi(2) };
+            squares.residual(larger(larger(size, image), past))
+        });
+        larger(residual, if other < one { other } else { one })
     }
 }
 
