@@ -121,12 +121,12 @@ class Result:
     @property
     def planes(self) -> list[dict[str, float]]:
         """The largest stresses on every plane that `[interior]` asks for, from the surface down."""
-        return self.json.get("planes", [])
+        return self.json.get("planes", {}).get("rows", [])
 
     @property
     def points(self) -> list[dict[str, float]]:
         """The stress at every point that `[interior]` asks for, in the order of the study."""
-        return self.json.get("points", [])
+        return self.json.get("points", {}).get("rows", [])
 
     @property
     def provenance(self) -> dict[str, Any]:
