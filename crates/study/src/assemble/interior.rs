@@ -48,7 +48,6 @@ impl Assembler<'_> {
         };
         // Who says that nothing is sought has asked for nothing.
         let is_nothing = question == InteriorQuestion::default() && given[0].is_some();
-        // `solve` computes the scene as it stands here, a run what its canonical text says.
-        (!is_nothing).then(|| question.normalised())
+        (!is_nothing).then_some(question)
     }
 }
