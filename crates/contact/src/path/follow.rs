@@ -127,7 +127,12 @@ fn follow(
     let wanted = scene.interior.as_ref().filter(|_| status == Status::Certified);
     let mut interior = None;
     if let Some(question) = wanted {
-        interior = interior::examine(&scene.foundation, question, &path.fields, &cancellation);
+        interior = interior::examine(
+            &scene.foundation,
+            &question.normalised(),
+            &path.fields,
+            &cancellation,
+        );
         if interior.is_none() {
             status = Status::Failed { reason: "given up".to_owned() };
         }
