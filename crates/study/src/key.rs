@@ -291,6 +291,31 @@ impl Key {
         matches!(self, Key::YoungsModulus | Key::LayerYoungsModulus(_) | Key::PunchYoungsModulus)
     }
 
+    /// Returns whether it says how a step rolls.
+    pub(crate) fn is_of_rolling(self) -> bool {
+        matches!(
+            self,
+            Key::CreepageX(_)
+                | Key::CreepageY(_)
+                | Key::Spin(_)
+                | Key::SpinCenter(_)
+                | Key::Direction(_)
+                | Key::Distance(_)
+                | Key::Dq(_)
+                | Key::Steady(_)
+        )
+    }
+
+    /// Returns whether it asks for something of the wear.
+    pub(crate) fn is_of_wear(self) -> bool {
+        self.pattern().starts_with("scene.wear.")
+    }
+
+    /// Returns whether it asks for stresses below the surface.
+    pub(crate) fn is_of_interior(self) -> bool {
+        self.pattern().starts_with("interior.")
+    }
+
     /// Returns the largest number of entries of the list that it is.
     pub(crate) fn longest(self) -> u32 {
         match self {

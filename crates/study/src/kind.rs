@@ -91,8 +91,9 @@ impl Kind {
         axes: impl IntoIterator<Item = &'a SweepAxis>,
         keys: impl IntoIterator<Item = Key>,
     ) -> Vec<Column> {
-        let KindSpec { refuses, columns, .. } = self.spec();
-        columns::columns(axes, keys, |key| refuses(key).is_some(), columns)
+        let KindSpec { refuses, columns, further_columns, .. } = self.spec();
+        let results = [*columns, *further_columns].concat();
+        columns::columns(axes, keys, |key| refuses(key).is_some(), &results)
     }
 
     /// Returns the names of the columns of results that a query shows if none are named.

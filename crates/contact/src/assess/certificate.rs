@@ -121,8 +121,8 @@ struct Sums {
     all: Squares,
     /// The squares of the tangential components.
     tangential: Squares,
-    /// The same where friction is bounded by the pressure itself and not by its image, in a scene
-    /// that rolls.
+    /// The squares of the tangential components where the pressure itself bounds friction, and not
+    /// its image, in a scene that rolls.
     under_pressure: Squares,
 }
 

@@ -549,7 +549,7 @@ pub(crate) mod tests {
         assert_eq!(refused(&|s| s.loading.cycle_from = Some(1)), "loading.cycle_from");
     }
 
-    /// What has an edge or a tip can be pressed and shifted, and cannot roll, now or later.
+    /// A punch with an edge or a tip can be pressed and shifted, and cannot roll, now or later.
     #[test]
     fn punches_with_an_edge_or_a_tip_do_not_roll() {
         let rolling = |history| Rolling {

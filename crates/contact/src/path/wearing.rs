@@ -87,7 +87,8 @@ impl Wearing {
         if yielding > most {
             return Err(format!(
                 "the shape would yield to pressure by {yielding:.1e} m/Pa in the increment, and the \
-                 pressure follows it up to {most:.1e} m/Pa, the mesh's smallest compliance: take more increments, a smaller `wear.repeat`, or a coarser mesh"
+                 pressure follows it up to {most:.1e} m/Pa, the mesh's smallest \
+                 compliance: take more increments, a smaller `wear.repeat`, or a coarser mesh"
             ));
         }
         problem.wear_off(&worn);

@@ -167,8 +167,8 @@ mod tests {
         }
     }
 
-    /// However many increments the way has, and whatever parts of elements they are, a depth comes
-    /// along as it is.
+    /// A depth comes along as it is, however many increments the way has, and whatever parts of
+    /// elements they are.
     #[test]
     fn a_long_way_does_not_smear_a_depth() {
         let mut spike = vec![0.0; 64];

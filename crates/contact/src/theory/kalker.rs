@@ -2,8 +2,8 @@
 //! so little off its course that nothing slips.
 //!
 //! # Method
-//! Where nothing slips the displacements are known up to what they are at the leading edge: with
-//! the coordinates X = x/a, Y = y/b they are u_x = (ξ − φy)x + k_x(y), u_y = (η + φx/2)x + k_y(y),
+//! The displacements are known where nothing slips, up to those at the leading edge: with the
+//! coordinates X = x/a, Y = y/b they are u_x = (ξ − φy)x + k_x(y), u_y = (η + φx/2)x + k_y(y),
 //! where k is such that the tractions are 0 at the leading edge X = √(1 − Y²), and only there
 //! (J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact, 1990,
 //! doi:10.1007/978-94-015-7889-9).

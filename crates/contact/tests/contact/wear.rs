@@ -359,8 +359,8 @@ fn a_sphere_that_frets_wears_a_scar() {
     }
 }
 
-/// What is left out of a solve by stages, directions and mirror planes changes neither the wear nor
-/// the shape that it leaves.
+/// The effects that a solve leaves out by stages, directions and mirror planes change neither the
+/// wear nor the shape that is left.
 #[test]
 fn effects_left_out_wear_the_same_shape() {
     let mut scene = fretting(0.5, 0.2, 4, 2);
@@ -501,7 +501,7 @@ fn wear_that_a_mesh_bears_leaves_no_chequerboard() {
     }
 }
 
-/// What the pressure cannot follow, or doubles cannot hold, ends the path in words.
+/// A path ends in words with wear that the pressure cannot follow, or doubles cannot hold.
 #[test]
 fn wear_that_is_too_fast_ends_the_path_in_words() {
     let reason = |scene: &Scene| {

@@ -322,7 +322,7 @@ fn motions_at_the_limits_have_creepages_or_are_refused_in_words() {
     }
 }
 
-/// Of a wheel that is locked or turns back all of the contact slips, and what passes through it
+/// A wheel that is locked or turns back slips in all of its contact, and the material that passes
 /// makes no difference beside the strains: its forces are those of the wheel that is dragged.
 #[test]
 fn a_locked_wheel_has_the_forces_of_one_that_is_dragged() {

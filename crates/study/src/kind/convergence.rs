@@ -14,12 +14,8 @@
 //! the smallest ε on the same mesh stands for the limit; that is the solution for ε = 0 if it is
 //! there.
 
-use super::interior::{INTERIOR, INTERIOR_RESIDUAL};
-use super::rolling::ROLLING;
-use super::rolling_theory::ROLLING_THEORY;
-use super::solve::{self, ACCURACY, SOLUTION, WORK};
+use super::solve;
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
-use super::wear::WEAR;
 use crate::axis::{Group, SweepAxis};
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
@@ -39,17 +35,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         advice: "or say kind = \"convergence\" at the top",
     }),
     has_accuracy: false,
-    columns: &[
-        SOLUTION,
-        INTERIOR,
-        ACCURACY,
-        INTERIOR_RESIDUAL,
-        WORK,
-        ROLLING,
-        ROLLING_THEORY,
-        WEAR,
-        ERRORS,
-    ],
+    further_columns: &[ERRORS],
     usual_columns: &["load", "peak_pressure", "status"],
     suggestions,
     ..solve::SPEC

@@ -22,12 +22,8 @@
 //! form, else against the limit to which the meshes with the tightest other settings extrapolate.
 
 use super::convergence::ERRORS;
-use super::interior::{INTERIOR, INTERIOR_RESIDUAL};
-use super::rolling::ROLLING;
-use super::rolling_theory::ROLLING_THEORY;
-use super::solve::{self, ACCURACY, SOLUTION, WORK};
+use super::solve;
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
-use super::wear::WEAR;
 use crate::axis::{Group, SweepAxis};
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
@@ -56,18 +52,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         Job::Cost { case: assembler.case(), repeat, threads }
     },
     to_toml,
-    columns: &[
-        SOLUTION,
-        INTERIOR,
-        ACCURACY,
-        INTERIOR_RESIDUAL,
-        WORK,
-        ROLLING,
-        ROLLING_THEORY,
-        WEAR,
-        ERRORS,
-        CLAIM,
-    ],
+    further_columns: &[ERRORS, CLAIM],
     usual_columns: &["seconds", "spread", "iterations", "status"],
     suggestions,
     ..solve::SPEC

@@ -33,22 +33,15 @@ pub(crate) const SPEC: KindSpec = KindSpec {
 fn refuses(key: Key) -> Option<&'static str> {
     match key {
         Key::Simulate => Some("a search simulates every effect"),
-        Key::InteriorMaximum | Key::InteriorDepth | Key::InteriorDepths | Key::InteriorPoints => {
+        _ if key.is_of_interior() => {
             Some("a search for every solution looks at no stresses below the surface")
         }
         Key::Method => Some("a search tries every method"),
-        Key::CreepageX(_)
-        | Key::CreepageY(_)
-        | Key::Spin(_)
-        | Key::SpinCenter(_)
-        | Key::Direction(_)
-        | Key::Distance(_)
-        | Key::Dq(_)
-        | Key::Steady(_) => Some("a search knows no step that rolls"),
+        _ if key.is_of_rolling() => Some("a search knows no step that rolls"),
         Key::Speed | Key::AngularSpeed | Key::LateralVelocity | Key::YawRate | Key::RollRate => {
             Some("a search knows no step that rolls, and so no wheelset that moves")
         }
-        Key::WearCoefficient | Key::WearUpdate | Key::WearRepeat => {
+        _ if key.is_of_wear() => {
             Some("a search looks for solutions of one shape, and counts none of its wear")
         }
         _ => None,

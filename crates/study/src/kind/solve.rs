@@ -37,6 +37,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
         ROLLING_THEORY,
         WEAR,
     ],
+    further_columns: &[],
     usual_columns: &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"],
     suggestions,
 };

@@ -38,6 +38,8 @@ pub(crate) struct KindSpec {
     pub(crate) to_toml: fn(&Job) -> String,
     /// The columns of the results, list after list.
     pub(crate) columns: &'static [&'static [Column]],
+    /// The columns that follow those and are this kind's own.
+    pub(crate) further_columns: &'static [&'static [Column]],
     /// The columns of results that a query shows if none are named.
     pub(crate) usual_columns: &'static [&'static str],
     /// Makes the figures that may answer a study that asks for none, the preferred one first. Some

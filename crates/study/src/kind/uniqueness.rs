@@ -43,26 +43,15 @@ fn refuses(key: Key) -> Option<&'static str> {
         Key::Steps | Key::CycleFrom | Key::Cycles => {
             Some("uniqueness does not depend on the loading")
         }
-        Key::WearCoefficient | Key::WearUpdate | Key::WearRepeat => {
-            Some("uniqueness does not depend on wear")
-        }
+        _ if key.is_of_wear() => Some("uniqueness does not depend on wear"),
         Key::DomainWidthX | Key::DomainWidthY | Key::DomainCenterX | Key::DomainCenterY => {
             Some("the flat sole of its punch is Ω")
         }
-        Key::InteriorMaximum | Key::InteriorDepth | Key::InteriorDepths | Key::InteriorPoints => {
-            Some("no scene is solved whose stresses there would be")
-        }
+        _ if key.is_of_interior() => Some("no scene is solved whose stresses there would be"),
         Key::Ceiling | Key::Method | Key::Tolerance | Key::MaxIterations | Key::Simulate => {
             Some("no scene is solved")
         }
-        Key::CreepageX(_)
-        | Key::CreepageY(_)
-        | Key::Spin(_)
-        | Key::SpinCenter(_)
-        | Key::Direction(_)
-        | Key::Distance(_)
-        | Key::Dq(_)
-        | Key::Steady(_) => Some(
+        _ if key.is_of_rolling() => Some(
             "uniqueness sets are of contacts that do not roll; of one that rolls, the column \
              only_solution says what is proved when it is solved",
         ),

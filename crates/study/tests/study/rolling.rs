@@ -208,7 +208,7 @@ fn a_distance_alone_is_left_to_the_elements() {
     assert_eq!(value("increments"), Some(study::Value::Missing));
 }
 
-/// What is 0 unless it is given leaves no trace where 0 is given.
+/// A creepage that is 0 unless it is given leaves no trace where 0 is given.
 #[test]
 fn creepages_of_nothing_leave_no_trace() {
     let key = |steps: &str| read(&text(steps, "")).unwrap().points()[0].key;

@@ -60,7 +60,7 @@ fn a_figure_over_the_coefficient_shows_the_depth_of_wear() {
     assert_eq!(study.points()[0].job.asked_columns(), ["wear_depth"]);
 }
 
-/// What says nothing of wear is the job that it always was, and defaults leave no trace.
+/// A scene that says nothing of wear is the job that it always was, and defaults leave no trace.
 #[test]
 fn a_job_without_wear_does_not_mention_it() {
     let canonical = |given: &str| read(&text(given, "")).unwrap().points()[0].job.canonical();

@@ -7,7 +7,7 @@ use contact::assess::RollingTheory;
 use contact::model::*;
 use contact::theory::{Carter, KalkerCoefficients, hertz_ellipse};
 
-/// Where nothing slips, forces come to Kalker's linear theory linearly in the element's length, for
+/// Forces come to Kalker's linear theory linearly in the element's length where nothing slips, for
 /// a circle and for ellipses on either side.
 #[test]
 fn without_slip_it_comes_to_kalkers_coefficients() {

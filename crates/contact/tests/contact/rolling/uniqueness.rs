@@ -34,7 +34,7 @@ fn the_symmetric_part_is_positive_on_contacts() {
     }
 }
 
-/// What is proved for all contacts is shown by a factorisation for one, with layers too.
+/// A factorisation shows for one contact on layers the law that is proved for all contacts.
 #[test]
 fn the_symmetric_part_of_layers_is_positive() {
     let (mut scene, fields) = contact(12, Projection::Average);
