@@ -31,6 +31,30 @@ pub trait Influence: Send + Sync {
     fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch);
 }
 
+/// Applies the operators of `groups` of components that do not couple, each given with its number of
+/// components, one after the other to their blocks of length `k`.
+///
+/// # Panics
+/// If a field has another length than all of them together.
+pub(super) fn group_by_group<Group>(
+    groups: impl Iterator<Item = (Group, usize)>,
+    k: usize,
+    out: &mut [f64],
+    p: &[f64],
+    mut apply: impl FnMut(Group, &mut [f64], &[f64]),
+) {
+    let (mut out_left, mut p_left) = (out, p);
+    for (group, components) in groups {
+        let fits = out_left.len().min(p_left.len()) >= components * k;
+        assert!(fits, "fields on another grid");
+        let (out, p);
+        (out, out_left) = std::mem::take(&mut out_left).split_at_mut(components * k);
+        (p, p_left) = p_left.split_at(components * k);
+        apply(group, out, p);
+    }
+    assert!(out_left.is_empty() && p_left.is_empty(), "fields on another grid");
+}
+
 /// The memory to set aside for an application.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ScratchSize {

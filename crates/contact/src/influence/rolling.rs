@@ -7,7 +7,7 @@
 use super::components::{Components, Direction, Entry};
 use super::matrix_symbols::MatrixSymbols;
 use super::mirror::Mirror;
-use super::operator::{Influence, Scratch, ScratchSize};
+use super::operator::{Influence, Scratch, ScratchSize, group_by_group};
 use super::table::InfluenceTable;
 use super::torus::Torus;
 use crate::grid::Grid;
@@ -125,21 +125,13 @@ impl Influence for RollingToeplitz {
     }
 
     fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
-        let size = self.components.len() * self.grid.len();
-        assert_eq!((out.len(), p.len()), (size, size), "fields on another grid");
-        let (mut out_left, mut p_left) = (out, p);
-        let mask = self.grid.mask();
-        for symbols in &self.symbols {
-            let len = symbols.fields() * self.grid.len();
-            let (out, p);
-            (out, out_left) = std::mem::take(&mut out_left).split_at_mut(len);
-            (p, p_left) = p_left.split_at(len);
-            match symbols.fields() {
-                1 => self.torus.convolve_by_matrices::<1>(symbols, mask, out, p, scratch),
-                2 => self.torus.convolve_by_matrices::<2>(symbols, mask, out, p, scratch),
-                _ => self.torus.convolve_by_matrices::<3>(symbols, mask, out, p, scratch),
-            }
-        }
+        let (k, mask) = (self.grid.len(), self.grid.mask());
+        let groups = self.symbols.iter().map(|symbols| (symbols, symbols.fields()));
+        group_by_group(groups, k, out, p, |symbols, out, p| match symbols.fields() {
+            1 => self.torus.convolve_by_matrices::<1>(symbols, mask, out, p, scratch),
+            2 => self.torus.convolve_by_matrices::<2>(symbols, mask, out, p, scratch),
+            _ => self.torus.convolve_by_matrices::<3>(symbols, mask, out, p, scratch),
+        });
     }
 }
 
