@@ -3,12 +3,14 @@
 mod accepted;
 mod edited;
 mod interior;
+mod jobs;
 mod kinds;
 mod limits;
 mod materials;
 mod points;
 mod refused;
 mod rolling;
+mod round_trip;
 mod sample;
 mod sensitivity;
 mod simulate;
