@@ -110,7 +110,7 @@ impl Slurm {
 
     /// Waits until an element of an array computes something.
     pub(crate) fn wait_for_workers(&self, job: &str) {
-        wait_until(&format!("{job} has workers"), || self.has_workers(job));
+        wait_until(&format!("{job} has workers that compute"), || self.has_busy_worker(job));
     }
 
     /// Stops an element that computes something as Slurm does before its time is over, and waits
@@ -133,9 +133,10 @@ impl Slurm {
         is_queued_again
     }
 
-    /// Tells whether workers run for an element of an array, which carry the numbers of both in
-    /// their environment.
-    fn has_workers(&self, job: &str) -> bool {
+    /// Tells whether a worker of an element of an array, which carries the numbers of both in its
+    /// environment, has taken more processor time than its start needs: then it has begun a job.
+    /// A run that is stopped before that adds no result.
+    fn has_busy_worker(&self, job: &str) -> bool {
         let (array, element) = job.split_once('_').expect("an element of an array");
         let marks = [
             format!("SLURM_CONF={}", self.directory.join("slurm.conf").display()),
@@ -155,7 +156,8 @@ impl Slurm {
             };
             // A shard has one processor here, whatever its node has.
             assert!(!is_worker || command[2..4] == ["--threads", "1"], "{command:?}");
-            is_worker
+            let account = fs::read_to_string(process.path().join("stat")).unwrap_or_default();
+            is_worker && processor_ticks(&account).is_some_and(|ticks| ticks >= 20)
         })
     }
 
@@ -194,6 +196,13 @@ impl Drop for Slurm {
             assert!(output.status.success() && !Path::new(&self.directory).exists(), "{error}");
         }
     }
+}
+
+/// Returns the processor time of a process in ticks of a hundredth of a second, from its line in
+/// `/proc` (proc_pid_stat(5): `utime` is its field 14, and its name in brackets is field 2).
+fn processor_ticks(account: &str) -> Option<u64> {
+    let (_, fields) = account.rsplit_once(')')?;
+    fields.split_whitespace().nth(11)?.parse().ok()
 }
 
 fn script(arguments: &[&str]) -> Output {

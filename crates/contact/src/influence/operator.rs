@@ -31,8 +31,8 @@ pub trait Influence: Send + Sync {
     fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch);
 }
 
-/// Applies the operators of `groups` of components that do not couple, each given with its number of
-/// components, one after the other to their blocks of length `k`.
+/// Applies the operators of `groups` of components that do not couple, each given with its number
+/// of components, one after the other to their blocks of length `k`.
 ///
 /// # Panics
 /// If a field has another length than all of them together.
