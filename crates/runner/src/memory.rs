@@ -212,18 +212,19 @@ mod tests {
         let group = |version| MemoryGroup { directory: place.path().to_owned(), version };
         assert_eq!(group(Version::V2).left(), None);
         write("memory.max", "max\n");
-        assert_eq!(group(Version::V2).left(), None);
+        assert_eq!((group(Version::V2).left(), group(Version::V2).limit()), (None, None));
         write("memory.max", "1000000\n");
         write("memory.current", "600000\n");
         write("memory.stat", "anon 1\nfile 2\ninactive_file 100000\n");
         assert_eq!(group(Version::V2).left(), Some(500_000));
+        assert_eq!(group(Version::V2).limit(), Some(1_000_000));
         write("memory.events", "low 0\noom 3\noom_kill 2\n");
         assert_eq!(group(Version::V2).kills(), 2);
         write("memory.limit_in_bytes", "9223372036854771712\n");
-        assert_eq!(group(Version::V1).left(), None);
+        assert_eq!((group(Version::V1).left(), group(Version::V1).limit()), (None, None));
         write("memory.limit_in_bytes", "300\n");
         write("memory.usage_in_bytes", "400\n");
-        assert_eq!(group(Version::V1).left(), Some(0));
+        assert_eq!((group(Version::V1).left(), group(Version::V1).limit()), (Some(0), Some(300)));
     }
 
     #[test]
