@@ -132,8 +132,12 @@ fn what_a_recipe_copies_is_in_the_tree() {
             let is_copied = recipe.copied.iter().any(|copied| copied == "." || copied == path);
             assert!(is_built || is_copied && root().join(path).exists(), "{file}: {path}");
         }
-        // Cargo looks for every member of the workspace.
-        for needed in ["Cargo.toml", "Cargo.lock", "build.rs", "build", "crates", "python", "src"] {
+        // Cargo looks for every member of the workspace, and for every path that it names.
+        let manifest = read("Cargo.toml");
+        let paths = manifest.split("path = \"").skip(1).map(|rest| rest.split('"').next().unwrap());
+        let named = paths.filter_map(|path| path.split('/').next()).filter(|path| *path != ".");
+        let needed = ["Cargo.toml", "Cargo.lock", "build.rs", "build", "python", "src"];
+        for needed in needed.into_iter().chain(named) {
             let is_there = recipe.copied.iter().any(|path| path == "." || path == needed);
             assert!(is_there, "{file} builds without {needed}");
         }
