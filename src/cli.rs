@@ -17,7 +17,9 @@ use crate::time_budget::TimeBudget;
 
 pub(crate) use shared::StoreArgs;
 use shared::memory_size;
-pub(crate) use upkeep::{DiffArgs, DifferenceFormat, GcArgs, NoteArgs, RmArgs, TagArgs};
+pub(crate) use upkeep::{
+    DiffArgs, DifferenceFormat, DoctorArgs, GcArgs, NoteArgs, RmArgs, TagArgs,
+};
 
 /// Parameter studies of elastic contact with Coulomb friction.
 #[derive(Parser)]
@@ -126,6 +128,11 @@ pub(crate) enum Command {
     /// Check and tidy the store, export and merge stores
     #[command(subcommand)]
     Store(StoreCommand),
+    /// Say what this machine gives a run, what is short and what to do about it; solves one scene
+    #[command(
+        after_help = "Examples:\n  tribosweep doctor\n  tribosweep doctor --store /scratch/.tribosweep     where the results are to be kept\n  tribosweep doctor --json\n\nA worker is started and its result kept in a directory that is removed again.\n\nExit codes: 0 a run is possible, 1 it is not."
+    )]
+    Doctor(DoctorArgs),
     /// Print a completion script for a shell
     #[command(
         after_help = "Examples:\n  tribosweep completions bash > /etc/bash_completion.d/tribosweep"

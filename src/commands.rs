@@ -7,6 +7,7 @@ mod cite;
 mod completions;
 mod cost;
 mod diff;
+mod doctor;
 mod effects;
 mod measured;
 mod note;
@@ -52,6 +53,7 @@ pub(crate) fn run(command: Command) -> Result<Finish> {
         Command::Rm(args) => rm::rm(&args),
         Command::Solve(args) => solve::solve(&args),
         Command::Store(command) => store::store(&command),
+        Command::Doctor(args) => doctor::doctor(&args),
         Command::Completions { shell } => completions::completions(shell),
         Command::Measured { repeat } => measured::measured(repeat),
         Command::Worker { threads, argument } => worker::worker(threads, &argument),
