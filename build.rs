@@ -29,7 +29,7 @@ fn main() {
 /// Links the program at a fixed address where the linker is known to take the option. A program
 /// that can be loaded anywhere has 42 000 addresses to correct before it starts. This takes 0.7 ms:
 /// `tribosweep --version` takes 2.1 ms with them and 1.4 ms without, where a small solve takes 5
-/// ms. Distributions that want it the other way set `TRIBOSWEEP_PIE=1` (docs/packaging.md).
+/// ms. Distributions that want it the other way set `TRIBOSWEEP_PIE=1` (docs/book/src/packaging.md).
 fn link_at_a_fixed_address() {
     println!("cargo::rerun-if-env-changed={}", linking::VARIABLE);
     let variable = |name: &str| std::env::var(name).unwrap_or_default();

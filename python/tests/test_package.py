@@ -42,14 +42,14 @@ def test_what_people_use_has_an_example(told):
     assert doctest.DocTestParser().get_examples(told.__doc__)
 
 
-def test_the_example_of_the_readme_runs(tmp_path, monkeypatch):
+def test_the_example_of_the_book_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("TRIBOSWEEP_STORE", raising=False)
-    text = (ROOT / "README.md").read_text()
+    text = (ROOT / "docs/book/src/python.md").read_text()
     example = text.split("```python\n")[1].split("```")[0]
     (tmp_path / "sweeps").symlink_to(ROOT / "sweeps")
     names = {}
-    exec(compile(example, "README.md", "exec"), names)
+    exec(compile(example, "python.md", "exec"), names)
     frame = names["frame"]
     assert len(frame) > 0 and (frame.mu > 0.3).all()
     assert frame.attrs["units"]["stick_area"] == "m²"

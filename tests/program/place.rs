@@ -70,8 +70,25 @@ impl Place {
     }
 
     pub(crate) fn command(&self, words: &[&str]) -> Command {
-        let mut command = Command::new(PROGRAM);
-        command.args(words).current_dir(self.0.path()).stdin(Stdio::null());
+        let mut command = self.clean(PROGRAM);
+        command.args(words);
+        command
+    }
+
+    /// Returns a shell that runs a line here, with the command on its path and one stream for all
+    /// that is said, as a terminal has it.
+    pub(crate) fn shell(&self, line: &str) -> Command {
+        let mut command = self.clean("sh");
+        let programs = Path::new(PROGRAM).parent().unwrap().display();
+        command.env("PATH", format!("{programs}:{}", std::env::var("PATH").unwrap()));
+        command.args(["-c", &format!("exec 2>&1\n{line}")]);
+        command
+    }
+
+    /// Returns a program that is to run here, without what another user of this machine has set.
+    fn clean(&self, program: &str) -> Command {
+        let mut command = Command::new(program);
+        command.current_dir(self.0.path()).stdin(Stdio::null());
         for variable in
             ["TRIBOSWEEP_STORE", "COLUMNS", "NO_COLOR", "CLICOLOR_FORCE", "RUST_BACKTRACE"]
         {

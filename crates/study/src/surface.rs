@@ -99,7 +99,7 @@ impl MapExtent {
 
 /// Reads a matrix of heights, or a list of points with x, y and z. The file is an NPY file of two
 /// dimensions, or text. In a matrix rows run along y, the first one at the lowest y; columns run
-/// along x. The README says which headers, marks and comments a text may have.
+/// along x. The book says which headers, marks and comments a text may have.
 ///
 /// # Errors
 ///

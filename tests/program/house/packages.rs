@@ -157,7 +157,7 @@ fn a_packager_can_leave_the_addresses_to_the_linker() {
     for other in [["x86_64", "linux", "musl"], ["aarch64", "linux", "gnu"], ["", "", ""]] {
         assert_eq!(argument(other, ""), None, "{other:?}");
     }
-    let guide = read("docs/packaging.md");
+    let guide = read("docs/book/src/packaging.md");
     assert!(guide.contains(&format!("{}=1", linking::VARIABLE)));
     assert!(read("build.rs").contains("rerun-if-env-changed"));
 }

@@ -59,7 +59,7 @@ impl Numerics {
 pub enum Mesh {
     /// The number of elements along x and along y alike: an element is as long as Ω is. Per
     /// unknown this has the smallest error of what was measured, on domains of any aspect
-    /// (docs/accuracy.md), and x and y play the same part.
+    /// (the book, accuracy.md), and x and y play the same part.
     Across(u32),
     /// The numbers of elements along x and along y.
     Exact([u32; 2]),

@@ -73,7 +73,7 @@ fn uniqueness_is_proved_without_coupling_only() {
     assert!(!is_proved(&layered, Projection::Average));
 }
 
-/// Prints the table of docs/uniqueness.md.
+/// Prints the table of the book's page uniqueness.md.
 #[test]
 #[ignore = "a table for the documentation, some minutes"]
 fn table_of_smallest_eigenvalues() {
