@@ -34,22 +34,22 @@ pub(crate) const NOT_ZERO: Bounds = Bounds { skips_zero: true, ..ANY };
 /// The numbers above 0.
 pub(crate) const POSITIVE: Bounds = Bounds { lower: Bound::Open(0.0), ..ANY };
 
-/// The numbers that are not below one.
+/// Returns the numbers that are not below one.
 pub(crate) const fn from(least: f64) -> Bounds {
     Bounds { lower: Bound::Closed(least), ..ANY }
 }
 
-/// The numbers that are not above one.
+/// Returns the numbers that are not above one.
 pub(crate) const fn up_to(most: f64) -> Bounds {
     Bounds { upper: Bound::Closed(most), ..ANY }
 }
 
-/// The numbers between two and those two.
+/// Returns the numbers between two and those two.
 pub(crate) const fn within(least: f64, most: f64) -> Bounds {
     Bounds { upper: Bound::Closed(most), ..from(least) }
 }
 
-/// The numbers between two without those two.
+/// Returns the numbers between two without those two.
 pub(crate) const fn inside(lower: f64, upper: f64) -> Bounds {
     Bounds { lower: Bound::Open(lower), upper: Bound::Open(upper), skips_zero: false }
 }
@@ -87,7 +87,7 @@ impl Bounds {
             }
             (Bound::Closed(a), Bound::Free) => format!("of {} or more", shown(a)),
             (Bound::Open(a), Bound::Free) => format!("above {}", shown(a)),
-            (Bound::Free, Bound::Closed(b)) => format!("of {} at most", shown(b)),
+            (Bound::Free, Bound::Closed(b)) => format!("up to {}", shown(b)),
             (Bound::Free, Bound::Open(b)) => format!("below {}", shown(b)),
         }
     }

@@ -1,5 +1,5 @@
-//! What a key is where a study leaves it out. The code takes the value from here, or a test holds
-//! it against what the code takes.
+//! The value of a key that a study leaves out. The code takes it from here, or a test holds it
+//! against what the code takes.
 
 use crate::units::Compact;
 

@@ -89,7 +89,7 @@ impl Quantity {
         match self {
             Quantity::Number(Dimension::Pure) => "a number".to_owned(),
             Quantity::Number(dimension) => dimension.noun().to_owned(),
-            Quantity::Mesh => "a whole number, or a pair".to_owned(),
+            Quantity::Mesh => "a whole number, or a pair like [64, 32], each".to_owned(),
             Quantity::LengthUnit => "a unit of length".to_owned(),
             Quantity::Effects => "a list of effects".to_owned(),
             Quantity::Lengths => "a list of lengths".to_owned(),

@@ -62,7 +62,7 @@ pub struct ReferenceKey {
     /// The values that it has where it is left out, if they differ from one kind of study to
     /// another.
     pub defaults_of_kinds: Vec<KindDefault>,
-    /// What it is where it is left out, in words.
+    /// The consequence of leaving it out, in words.
     pub left_out: String,
     /// The value as a file may have it.
     pub example: &'static str,
@@ -91,7 +91,7 @@ pub struct ReferenceBounds {
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct BoundEnd {
     /// The number.
-    pub at: f64,
+    pub number: f64,
     /// True if the number itself is a value.
     pub is_allowed: bool,
 }
@@ -123,7 +123,7 @@ pub struct KindDefault {
     pub default: u32,
 }
 
-/// What a dimension is called, and the units in which its values may be written.
+/// A dimension, and the units in which its values may be written.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReferenceUnits {
     /// The dimension, with its article.
@@ -136,8 +136,8 @@ impl From<Bounds> for ReferenceBounds {
     fn from(bounds: Bounds) -> Self {
         let end = |bound: Bound| match bound {
             Bound::Free => None,
-            Bound::Closed(at) => Some(BoundEnd { at, is_allowed: true }),
-            Bound::Open(at) => Some(BoundEnd { at, is_allowed: false }),
+            Bound::Closed(number) => Some(BoundEnd { number, is_allowed: true }),
+            Bound::Open(number) => Some(BoundEnd { number, is_allowed: false }),
         };
         ReferenceBounds {
             lower: end(bounds.lower),
@@ -185,7 +185,8 @@ pub fn matching(pattern: &str) -> Vec<ReferenceTable> {
     };
     let is_below = |key: &ReferenceKey| is_within(&key.path) || is_within(&key.short);
     let has_part = |key: &ReferenceKey| key.path.contains(&*pattern);
-    let tests: [&dyn Fn(&ReferenceKey) -> bool; 3] = [&is_key, &is_below, &has_part];
+    let is_named = |key: &ReferenceKey| is_key(key) || is_below(key);
+    let tests: [&dyn Fn(&ReferenceKey) -> bool; 2] = [&is_named, &has_part];
     for test in tests {
         let mut found = reference();
         found.iter_mut().for_each(|table| table.keys.retain(test));
@@ -241,6 +242,9 @@ fn of_key(key: Key) -> ReferenceKey {
         _ => (Vec::new(), Vec::new()),
     };
     let unit = key.dimension().unit();
+    // The base of a foundation is a word or a table.
+    let is_table = !quantity.is_counted() && Table::find(key.pattern()).is_some();
+    let noun = quantity.noun() + if is_table { " or a table" } else { "" };
     let table = Table::find(key.pattern().trim_end_matches("[i]"));
     // A list is a table too, and its meaning as a key is that of its column.
     let meaning = table.filter(Table::is_list).map_or(key.meaning(), |table| table.meaning);
@@ -257,7 +261,7 @@ fn of_key(key: Key) -> ReferenceKey {
         path: key.pattern().to_owned(),
         short: short(key.pattern()).to_owned(),
         column: Some(key.column_pattern().to_owned()),
-        values: bounded(&quantity.noun(), &key.bounds().words(unit), quantity.is_counted()),
+        values: bounded(&noun, &key.bounds().words(unit), quantity.is_counted()),
         choices,
         units,
         bounds: key.bounds().into(),

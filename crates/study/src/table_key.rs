@@ -27,7 +27,7 @@ pub(crate) struct TableKey {
     pub(crate) values: TableValue,
     /// The bounds of these; of a list, those of the number of its entries.
     pub(crate) bounds: Bounds,
-    /// What it is where a study leaves it out.
+    /// The value where a study leaves it out.
     pub(crate) fallback: Fallback,
     /// A value as a study file may have it.
     pub(crate) example: &'static str,

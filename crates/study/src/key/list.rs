@@ -94,7 +94,7 @@ use Quantity::{Choice, Count, Effects, Flag, LengthUnit, Lengths, List, Number, 
 const LAYER: &str = "{ youngs_modulus = \"210 GPa\", poisson = 0.3, thickness = \"0.5 mm\" }";
 const STEP: &str = "{ approach = \"1 um\" }";
 
-/// What stands in the place of keys that are left out, where that is no value.
+/// The words for keys that are left out, where no value stands in their place.
 const BY_YOUNG: &str = "follows from `youngs_modulus`, and one of the two must be given";
 const BY_SHEAR: &str = "follows from `shear_modulus`, and one of the two must be given";
 const AS_BEFORE: &str = "as before the step";
@@ -149,10 +149,10 @@ keys! {
         POSITIVE, Needed, "\"20 mm\"",
         "radius of curvature of an ellipsoid in the y–z plane";
     WidthX, "scene.punch.width_x", "width_x", Number(Length),
-        POSITIVE, Follows("that which a height map's file states"), "\"2 mm\"",
+        POSITIVE, Follows("of a height map as its file states"), "\"2 mm\"",
         "extent of the punch along x";
     WidthY, "scene.punch.width_y", "width_y", Number(Length),
-        POSITIVE, Follows("that which a height map's file states"), "\"1 mm\"",
+        POSITIVE, Follows("of a height map as its file states"), "\"1 mm\"",
         "extent of the punch along y";
     ConeAngle, "scene.punch.angle", "angle", Number(Angle),
         Bounds { upper: Bound::Open(FRAC_PI_2), ..POSITIVE }, Needed, "\"5 deg\"",

@@ -20,7 +20,7 @@ fn example(key: &ReferenceKey) -> String {
     }
 }
 
-/// What was found to be otherwise than the reference says; all of it is told in the end.
+/// The findings that differ from what the reference says; all are told in the end.
 #[derive(Default)]
 struct Findings(Vec<String>);
 
@@ -74,10 +74,10 @@ fn at_bounds(key: &ReferenceKey) -> [Vec<String>; 2] {
         let Some(end) = end else { continue };
         // To check so many points takes long.
         let makes_points = is_list || key.path == "sweep.KEY.count" || key.path == "sample.count";
-        if end.at < 1e5 || !makes_points {
-            inside.push(if end.is_allowed { end.at } else { near(end.at, inwards) });
+        if end.number < 1e5 || !makes_points {
+            inside.push(if end.is_allowed { end.number } else { near(end.number, inwards) });
         }
-        outside.push(if end.is_allowed { near(end.at, -inwards) } else { end.at });
+        outside.push(if end.is_allowed { near(end.number, -inwards) } else { end.number });
     }
     if key.bounds.skips_zero {
         inside.extend([-1e-9, 1e-9]);
