@@ -71,11 +71,11 @@ fn every_command_and_option_is_on_its_page() {
     assert!(names.len() > 20, "{names:?}");
     for name in names {
         assert!(page.contains(&format!("## `tribosweep {name}`")), "{name}");
-        for option in place.words(&[name, "--help"]).out.lines() {
-            let option = option.split_whitespace().next().filter(|word| word.starts_with("--"));
-            if let Some(option) = option {
-                assert!(page.contains(&format!("`{option}")), "{name} {option}");
-            }
+        // What is said of an option stands further to the right.
+        let help = place.words(&[name, "--help"]).out;
+        for option in help.lines().filter_map(|line| line.strip_prefix("      --")) {
+            let option = option.split_whitespace().next().unwrap();
+            assert!(page.contains(&format!("`--{option}")), "{name} --{option}");
         }
     }
     assert!(!page.contains("tribosweep worker") && !page.contains("tribosweep measured"));
