@@ -36,6 +36,7 @@ mod one_result;
 mod output;
 mod progress;
 mod proposal;
+mod reference_pages;
 mod scheduler;
 mod series;
 mod shard_choice;
@@ -105,7 +106,12 @@ pub fn main() -> ExitCode {
 /// run inherit that.
 fn prepare(command: &Command) -> Result<()> {
     match command {
-        Command::Completions { .. } | Command::Worker { .. } | Command::Measured { .. } => Ok(()),
+        Command::Completions { .. }
+        | Command::Keys(_)
+        | Command::Columns(_)
+        | Command::Reference { .. }
+        | Command::Worker { .. }
+        | Command::Measured { .. } => Ok(()),
         // What is too little is a finding of the doctor.
         Command::Doctor(_) => Ok(()),
         Command::Solve(_) => Ok(runner::prepare_process()?),
