@@ -171,14 +171,22 @@ impl PathSetup<'_> {
     }
 
     /// Returns the way that an increment of a leg rolls on the grid of `problem`, if it rolls. On
-    /// coarser grids a path goes as far in each increment, and what is steady as many elements.
+    /// coarser grids it goes as far. Only what is steady goes an element of each grid unless it is
+    /// told how far. The grids below the one that estimates errors, which are there to begin from,
+    /// are not to roll by small parts of an element: that is hard to solve.
     fn roll(&self, leg: &Leg, problem: &Problem) -> Option<Roll> {
         let rolling = leg.rolling?;
-        let distance = rolling.dq.unwrap_or(self.element);
         let is_steady = leg.is_steady();
         let element = problem.grid.hx() * problem.scale.length;
-        let share = if is_steady { element / self.element } else { 1.0 };
-        Some(Roll { distance: distance * share, direction: rolling.direction, is_steady })
+        let distance = match rolling.dq {
+            None if is_steady => element,
+            None => self.element,
+            Some(dq) if is_steady && element > self.element => {
+                estimate::coarser_distance(dq, self.element, element)
+            }
+            Some(dq) => dq,
+        };
+        Some(Roll { distance, direction: rolling.direction, is_steady })
     }
 }
 
