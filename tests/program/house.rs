@@ -1,11 +1,13 @@
 //! The rules of the house that a program can check, so that they hold for the next change as well:
-//! the layers that ARCHITECTURE.md shows, names with one meaning each, comments that are sentences.
+//! the layers that ARCHITECTURE.md shows, names with one meaning each, comments that are sentences,
+//! packages that a registry would take.
 //!
 //! Every file of every crate is read as text and parsed; nothing is compiled or run. Code for tests
 //! is left out.
 
 mod layers;
 mod names;
+mod packages;
 mod source;
 mod words;
 

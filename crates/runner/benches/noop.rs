@@ -1,8 +1,8 @@
 //! Measures how fast jobs that do nothing pass through two real workers, and how much processor
 //! time a waiting worker uses.
 //!
-//! The ledger appends to a file and syncs it, as a store would. `cargo bench -p runner` prints the
-//! figures.
+//! The ledger appends to a file and syncs it, as a store would. `cargo bench -p tribosweep-runner`
+//! prints the figures.
 
 use std::error::Error;
 use std::fs::File;

@@ -1,4 +1,4 @@
-//! The figures are printed and not asserted: `cargo test --release -p store -- --ignored
+//! The figures are printed and not asserted: `cargo test --release -p tribosweep-store -- --ignored
 //! --nocapture figures`.
 
 use std::time::Instant;
