@@ -1,13 +1,19 @@
 //! Links the program, and tells it from which commit it is built.
 
+#[path = "build/linking.rs"]
+mod linking;
+#[path = "build/packed_commit.rs"]
+mod packed_commit;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The files from which the program is built. Cargo runs this script again when one of them
 /// changes, so that what is said of them is never older than the program.
-const SOURCES: [&str; 7] = [
+const SOURCES: [&str; 8] = [
     "Cargo.toml",
     "Cargo.lock",
+    "build",
     "build.rs",
     "src",
     "crates",
@@ -23,16 +29,20 @@ fn main() {
 /// Links the program at a fixed address where the linker is known to take the option. A program
 /// that can be loaded anywhere has 42 000 addresses to correct before it starts. This takes 0.7 ms:
 /// `tribosweep --version` takes 2.1 ms with them and 1.4 ms without, where a small solve takes 5
-/// ms.
+/// ms. Distributions that want it the other way set `TRIBOSWEEP_PIE=1` (docs/book/src/packaging.md).
 fn link_at_a_fixed_address() {
-    let target = |part: &str| std::env::var(format!("CARGO_CFG_TARGET_{part}")).unwrap_or_default();
-    if [target("ARCH"), target("OS"), target("ENV")] == ["x86_64", "linux", "gnu"] {
-        println!("cargo::rustc-link-arg-bins=-no-pie");
+    println!("cargo::rerun-if-env-changed={}", linking::VARIABLE);
+    let variable = |name: &str| std::env::var(name).unwrap_or_default();
+    let target = ["ARCH", "OS", "ENV"].map(|part| variable(&format!("CARGO_CFG_TARGET_{part}")));
+    let target = target.each_ref().map(String::as_str);
+    if let Some(argument) = linking::linker_argument(target, &variable(linking::VARIABLE)) {
+        println!("cargo::rustc-link-arg-bins={argument}");
     }
 }
 
 /// Tells the program its commit, and whether a file from which it is built differs from that or is
-/// not in it. Both are empty where there is no git or no repository, as in a tarball.
+/// not in it. In a package of Cargo that is what Cargo noted. Both are empty where there is neither
+/// that nor a repository with git, as in a tarball of the sources.
 fn tell_the_commit() {
     let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
     watch_sources(&root);
@@ -50,6 +60,10 @@ fn tell_the_commit() {
             None => "",
         };
         watch_head(&root);
+    } else if let Ok(note) = std::fs::read_to_string(root.join(".cargo_vcs_info.json"))
+        && let Some(noted) = packed_commit::packed_commit(&note)
+    {
+        (commit, dirty) = noted;
     }
     println!("cargo::rustc-env=TRIBOSWEEP_COMMIT={commit}");
     println!("cargo::rustc-env=TRIBOSWEEP_DIRTY={dirty}");
@@ -58,8 +72,9 @@ fn tell_the_commit() {
 /// Lets Cargo run this script again when a source changes, but not when a test does: then nothing
 /// of the program is built again either.
 fn watch_sources(root: &Path) {
-    let mut watched: Vec<PathBuf> =
-        ["Cargo.toml", "Cargo.lock", "build.rs", "src"].map(|name| root.join(name)).to_vec();
+    let mut watched: Vec<PathBuf> = ["Cargo.toml", "Cargo.lock", "build", "build.rs", "src"]
+        .map(|name| root.join(name))
+        .to_vec();
     let crates = std::fs::read_dir(root.join("crates")).into_iter().flatten().flatten();
     for entry in crates.flat_map(|entry| std::fs::read_dir(entry.path())).flatten().flatten() {
         let name = entry.file_name();

@@ -1,5 +1,6 @@
 //! The arguments of the command line, with examples.
 
+mod reference;
 mod shared;
 mod upkeep;
 
@@ -15,9 +16,12 @@ use crate::shard_choice::{ShardChoice, shard_choice};
 use crate::slurm::TimeLimit;
 use crate::time_budget::TimeBudget;
 
+pub(crate) use reference::{ColumnsArgs, KeysArgs};
 pub(crate) use shared::StoreArgs;
 use shared::memory_size;
-pub(crate) use upkeep::{DiffArgs, DifferenceFormat, GcArgs, NoteArgs, RmArgs, TagArgs};
+pub(crate) use upkeep::{
+    DiffArgs, DifferenceFormat, DoctorArgs, GcArgs, NoteArgs, RmArgs, TagArgs,
+};
 
 /// Parameter studies of elastic contact with Coulomb friction.
 #[derive(Parser)]
@@ -126,6 +130,21 @@ pub(crate) enum Command {
     /// Check and tidy the store, export and merge stores
     #[command(subcommand)]
     Store(StoreCommand),
+    /// Say what this machine gives a run, what is short and what to do about it; solves one scene
+    #[command(
+        after_help = "Examples:\n  tribosweep doctor\n  tribosweep doctor --store /scratch/.tribosweep     where the results are to be kept\n  tribosweep doctor --json\n\nA worker is started and its result kept in a directory that is removed again.\n\nExit codes: 0 a run is possible, 1 it is not."
+    )]
+    Doctor(DoctorArgs),
+    /// Say what a study file may have: keys with their values, bounds, defaults and meanings
+    #[command(
+        after_help = "Examples:\n  tribosweep keys friction.mu     all there is to say about one key\n  tribosweep keys loading     the keys of a table\n  tribosweep keys poisson     the keys with this in their paths\n  tribosweep keys --json     all of them, for other programs"
+    )]
+    Keys(KeysArgs),
+    /// Say what tables of results may have: columns with their units and meanings
+    #[command(
+        after_help = "Examples:\n  tribosweep columns stick     the columns with this in their names\n  tribosweep columns --json\n\n`tribosweep query NAME --columns` lists those of one study, with its axes and keys."
+    )]
+    Columns(ColumnsArgs),
     /// Print a completion script for a shell
     #[command(
         after_help = "Examples:\n  tribosweep completions bash > /etc/bash_completion.d/tribosweep"
@@ -133,6 +152,12 @@ pub(crate) enum Command {
     Completions {
         /// The shell
         shell: clap_complete::Shell,
+    },
+    /// Write the pages of the book about keys, columns and commands
+    #[command(hide = true)]
+    Reference {
+        /// The directory of the pages
+        directory: PathBuf,
     },
     /// Solve the job on standard input several times, on one thread (started by `effects`)
     #[command(hide = true)]

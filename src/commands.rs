@@ -4,15 +4,19 @@
 
 mod answer;
 mod cite;
+mod columns;
 mod completions;
 mod cost;
 mod diff;
+mod doctor;
 mod effects;
+mod keys;
 mod measured;
 mod note;
 mod plan;
 mod plot;
 mod query;
+mod reference;
 mod report;
 mod resume;
 mod rm;
@@ -52,6 +56,10 @@ pub(crate) fn run(command: Command) -> Result<Finish> {
         Command::Rm(args) => rm::rm(&args),
         Command::Solve(args) => solve::solve(&args),
         Command::Store(command) => store::store(&command),
+        Command::Doctor(args) => doctor::doctor(&args),
+        Command::Keys(args) => keys::keys(&args),
+        Command::Columns(args) => columns::columns(&args),
+        Command::Reference { directory } => reference::reference(&directory),
         Command::Completions { shell } => completions::completions(shell),
         Command::Measured { repeat } => measured::measured(repeat),
         Command::Worker { threads, argument } => worker::worker(threads, &argument),

@@ -1,6 +1,7 @@
 //! Runs what is left of a study, for `run`, `resume` and `cost`.
 
 use std::collections::{HashMap, HashSet};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use answers::shards::Shard;
@@ -324,13 +325,21 @@ fn options(args: &ExecutionArgs, study: &Study, directory: &Path, jobs: usize) -
     // There is a core for each worker; when there are fewer jobs than cores, the spare ones help. A
     // job that is timed starts its threads itself.
     options.threads = if is_timed { 1 } else { (usable(cores) / options.workers).max(1) };
-    options.worker_command = vec![
-        own_program()?.into(),
-        "worker".into(),
-        "--threads".into(),
-        options.threads.to_string().into(),
-    ];
+    options.worker_command = worker_command(options.threads)?;
     Ok(options)
+}
+
+/// Returns the options of a run on a store that has a single worker, with a single thread.
+pub(crate) fn single_worker(directory: &Path) -> Result<Options> {
+    let command = worker_command(1)?;
+    let options = Options::new(command, directory.join(IN_TRANSIT), usual_memory());
+    Ok(Options { workers: 1, threads: 1, ..options })
+}
+
+/// Returns the command that starts a worker whose jobs use so many threads.
+fn worker_command(threads: usize) -> Result<Vec<OsString>> {
+    let program = own_program()?;
+    Ok(vec![program.into(), "worker".into(), "--threads".into(), threads.to_string().into()])
 }
 
 /// Returns the program that is running, even if its file has been replaced meanwhile: a worker of
@@ -346,29 +355,38 @@ pub(crate) fn own_program() -> Result<PathBuf> {
         .context("cannot find this program's own file")
 }
 
+/// Returns the memory that the jobs of a run may use together if nobody asks for another amount
+/// \[bytes\]: 80 % of what is available now, or 1 GiB where the system does not say, within the
+/// limits of the process.
+pub(crate) fn usual_memory() -> u64 {
+    let usual = runner::available_memory().map_or(1 << 30, |available| available / 10 * 8);
+    usual.min(memory_limit())
+}
+
+fn memory_limit() -> u64 {
+    runner::memory_within_limits().unwrap_or(u64::MAX)
+}
+
 /// Returns the memory that the jobs of a run may use together \[bytes\]: what was asked for, or
-/// 80 % of what is available now, or 1 GiB where the system does not say. It says so where that is
-/// less than was asked for, or more than there is.
+/// what is usual. It says so where that is less than was asked for, or more than there is.
 fn memory(args: &ExecutionArgs) -> u64 {
-    let available = runner::available_memory();
-    let wanted =
-        args.memory.unwrap_or_else(|| available.map_or(1 << 30, |available| available / 10 * 8));
-    let limit = runner::memory_within_limits().unwrap_or(u64::MAX);
-    if let Some(request) = args.memory {
-        if request > limit {
-            output::say(&format!(
-                "{} of memory for jobs instead of {}: a process may not reserve more here (`ulimit \
-                 -v` or `ulimit -d`)",
-                BinaryBytes(limit),
-                BinaryBytes(request)
-            ));
-        } else if let Some(available) = available.filter(|&available| request > available) {
-            output::say(&format!(
-                "warning: --memory {} is more than the {} that are available here",
-                BinaryBytes(request),
-                BinaryBytes(available)
-            ));
-        }
+    let Some(request) = args.memory else { return usual_memory() };
+    let limit = memory_limit();
+    if request > limit {
+        output::say(&format!(
+            "{} of memory for jobs instead of {}: a process may not reserve more here (`ulimit \
+             -v` or `ulimit -d`)",
+            BinaryBytes(limit),
+            BinaryBytes(request)
+        ));
+    } else if let Some(available) =
+        runner::available_memory().filter(|&available| request > available)
+    {
+        output::say(&format!(
+            "warning: --memory {} is more than the {} that are available here",
+            BinaryBytes(request),
+            BinaryBytes(available)
+        ));
     }
-    wanted.min(limit)
+    request.min(limit)
 }

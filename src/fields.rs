@@ -165,7 +165,7 @@ pub(crate) fn show_fields(chosen: &[Field], file: Option<&Path>) -> Result<Finis
     let bytes = match ending(file) {
         Some("png") => report::png(&field.svg(), RESOLUTION)?,
         Some("svg") => field.svg().into_bytes(),
-        Some("npy") => field.npy()?,
+        Some("npy") => field.npy(),
         Some("vti") => vti(&all)?.into_bytes(),
         Some("csv") => field_csv(&all)?.into_bytes(),
         _ => bail!("{}: a field is not written so", file.display()),

@@ -36,6 +36,7 @@ mod one_result;
 mod output;
 mod progress;
 mod proposal;
+mod reference_pages;
 mod scheduler;
 mod series;
 mod shard_choice;
@@ -58,10 +59,15 @@ mod written_file;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 
 use crate::cli::{Cli, Command};
 use crate::output::Finish;
+
+/// Returns the commands and options of the program, of which the manual pages are made.
+pub fn usage() -> clap::Command {
+    Cli::command()
+}
 
 /// Carries out the command that the arguments of this process give.
 pub fn main() -> ExitCode {
@@ -100,7 +106,14 @@ pub fn main() -> ExitCode {
 /// run inherit that.
 fn prepare(command: &Command) -> Result<()> {
     match command {
-        Command::Completions { .. } | Command::Worker { .. } | Command::Measured { .. } => Ok(()),
+        Command::Completions { .. }
+        | Command::Keys(_)
+        | Command::Columns(_)
+        | Command::Reference { .. }
+        | Command::Worker { .. }
+        | Command::Measured { .. } => Ok(()),
+        // What is too little is a finding of the doctor.
+        Command::Doctor(_) => Ok(()),
         Command::Solve(_) => Ok(runner::prepare_process()?),
         _ => {
             runner::prepare_process()?;

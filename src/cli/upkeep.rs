@@ -1,4 +1,5 @@
-//! The arguments of the commands that keep a store in order and hold studies against each other.
+//! The arguments of the commands that keep a store in order, hold studies against each other, and
+//! look at the machine.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -7,6 +8,15 @@ use clap::{Args, ValueEnum};
 
 use super::shared::{StoreArgs, memory_size};
 use crate::labels;
+
+#[derive(Args)]
+pub(crate) struct DoctorArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
+}
 
 #[derive(Args)]
 pub(crate) struct RmArgs {

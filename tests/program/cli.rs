@@ -5,6 +5,7 @@ mod adaptive;
 mod below_surface;
 mod budgets;
 mod cite;
+mod doctor;
 mod effects;
 mod failed;
 mod height_maps;
@@ -15,6 +16,7 @@ mod paths;
 mod points;
 mod proposed;
 mod provenance;
+mod reference;
 mod refused;
 mod report;
 mod research_object;
@@ -38,7 +40,7 @@ use crate::place::{Place, SMALL, redacted};
 #[test]
 fn help_says_what_can_be_asked() {
     let place = Place::empty();
-    let commands = "run submit plan effects cost resume status answer query show plot report cite diff tag note rm solve store completions";
+    let commands = "run submit plan effects cost resume status answer query show plot report cite diff tag note rm solve store doctor keys columns completions";
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
     lines.extend(

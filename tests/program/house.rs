@@ -8,6 +8,7 @@
 mod layers;
 mod names;
 mod packages;
+mod paper;
 mod source;
 mod words;
 

@@ -5,6 +5,7 @@
 //! nothing here shares a solver's mistakes. In reading order:
 //! - `observables`: the states of the elements, integral quantities, patches and fields;
 //! - `certificate`: the residuals of a claimed solution ([`certify`]);
+//! - `ahead`: displacements a rolled distance ahead, by sums of their own;
 //! - `norms`: norms of tractions and distances between grids ([`norms`]);
 //! - `quadrature`: integrals over rectangles of functions with kinks;
 //! - `closed_form`: the scenes with an exact answer ([`ClosedForm`]);
@@ -12,6 +13,7 @@
 //! - `errors`: errors against a closed form or a finer solution ([`Errors`]);
 //! - `estimate`: the estimate of the error from a coarser grid.
 
+mod ahead;
 mod certificate;
 mod closed_form;
 mod errors;
@@ -21,6 +23,7 @@ mod observables;
 mod quadrature;
 mod rolling_theory;
 
+pub(crate) use ahead::AheadSums;
 pub use certificate::certify;
 pub(crate) use certificate::transform_error;
 pub use closed_form::{ClosedForm, closed_form};

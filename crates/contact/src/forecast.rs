@@ -110,11 +110,11 @@ pub fn forecast(
         // each unknown (measured on spheres up to 256² and on a wheel up to 160 × 206).
         Method::Newton | Method::Auto => 42.0 * 1e-7 * unknowns as f64,
     };
-    // An increment that rolls takes so many times as long as another. The applications grow with
-    // the elements, along a path more than in steady rolling (measured on spheres from 64² to 256²,
-    // of like and of unlike bodies).
+    // An increment that rolls takes so many times as long as another. On its way a path begins each
+    // increment with what the one before has left (measured from 32² to 256² on like and unlike
+    // bodies and on layers, with and without spin; within a factor of 2).
     let finer = (elements / 4096.0).max(1.0);
-    let (steady, passing) = (1.1 * finer.powf(0.1), 0.8 * finer.powf(0.27));
+    let (steady, passing) = (1.1 * finer.powf(0.1), 0.3 * finer.powf(0.05));
     let rolling = legs.iter().filter(|leg| leg.rolling.is_some() && rolled > 0.0);
     let [mut steady_legs, mut slower] = [0.0; 2];
     for leg in rolling {
@@ -137,9 +137,11 @@ pub fn forecast(
     // whole fields, and forty Krylov vectors.
     let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);
     // Each distance that is rolled has a table, and symbols without symmetry; in steady rolling
-    // the solver's operator has such symbols too. Of many, those used last are kept.
+    // the solver's operator has such symbols too. Of many, those used last are kept. The certificate
+    // keeps the influences on two places of the distance rolled last.
     let operator = 8.0 * (16.0 + 72.0) * elements;
-    let kept = (operator * rolled).min(Operators::BUDGET as f64 + operator);
+    let kept = (operator * rolled).min(Operators::BUDGET as f64 + operator)
+        + if rolled > 0.0 { 8.0 * 14.0 * elements } else { 0.0 };
     let memory = memory + kept + if steady_legs > 0.0 { 8.0 * 24.0 * unknowns as f64 } else { 0.0 };
     // A height map holds a height and four numbers for the slopes of each pixel, and a search for
     // its highest point two more.
@@ -151,8 +153,7 @@ pub fn forecast(
     };
     let memory = memory + 56.0 * pixels as f64;
     let memory = memory + interior.bytes;
-    let seconds =
-        interior.seconds + set_up + assembly * (1.0 + 2.0 * rolled) + seconds * solves + 1e-4;
+    let seconds = interior.seconds + set_up + assembly * (1.0 + rolled) + seconds * solves + 1e-4;
     Ok(Forecast {
         elements: [layout.nx, layout.ny],
         increments,

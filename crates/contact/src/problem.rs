@@ -21,7 +21,7 @@ mod scale;
 
 pub use equation::Problem;
 pub(crate) use friction::{g_mu, h_u};
-pub(crate) use layout::{Layout, check_distances, on_grid};
+pub(crate) use layout::{LEAST_DISTANCE, Layout, check_distances, on_grid};
 pub use operators::{Operator, Operators};
 pub use reduction::{Decision, Effects, Stage};
 pub use scale::Scale;

@@ -13,6 +13,7 @@
 //! - `trail`: tractions of a contact that rolls, summed from its leading edge;
 //! - `newton`: the semismooth Newton method;
 //! - `seidel`: Alexandrov's Seidel iteration;
+//! - `prescribed`: Newton's method and Seidel sweeps at prescribed motions;
 //! - `rolling_in`: a path that leads into a steady state of rolling;
 //! - `load_control`: forces for a method that only knows prescribed motions;
 //! - `fallback`: Newton's method, and what is tried where it fails.
@@ -27,6 +28,7 @@ mod gmres;
 mod iterate;
 mod load_control;
 pub(crate) mod newton;
+mod prescribed;
 mod rolling_in;
 pub mod seidel;
 mod trail;

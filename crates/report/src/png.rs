@@ -1,17 +1,27 @@
 //! SVG to PNG, with the embedded font alone.
+//!
+//! The crates that draw any SVG bring styles, filters, masks, languages that are written from the
+//! right and the formats of other pictures; figures and maps need lines, areas, text and a picture
+//! of pixels. So their few elements are read here and drawn by `tiny_skia`, on which those crates
+//! stand too, and a part that is not known here is refused.
 
-use std::sync::{Arc, LazyLock};
+mod canvas;
+mod glyphs;
+mod path_data;
 
-use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg;
 use thiserror::Error;
+
+use canvas::{Canvas, SVG, number};
 
 /// A reason why an SVG cannot become a PNG.
 #[derive(Debug, Error)]
 pub enum PngError {
     /// The text is not an SVG that can be drawn.
     #[error("the figure is not valid SVG: {0}")]
-    Svg(#[from] usvg::Error),
+    Svg(#[from] roxmltree::Error),
+    /// The SVG has a part that figures and maps never have.
+    #[error("the figure has {0}, which is not drawn as pixels")]
+    Unknown(String),
     /// The picture would be too large.
     #[error(
         "a picture of {width}×{height} pixels is too large; at most {LARGEST} pixels a side are \
@@ -34,13 +44,6 @@ pub enum PngError {
 /// The largest side of a picture, in pixels.
 const LARGEST: f64 = 20_000.0;
 
-/// The embedded font and no other.
-static FONTS: LazyLock<Arc<usvg::fontdb::Database>> = LazyLock::new(|| {
-    let mut fonts = usvg::fontdb::Database::new();
-    fonts.load_font_data(crate::font::FONT.to_vec());
-    Arc::new(fonts)
-});
-
 /// Draws an SVG made by this crate as an opaque 8-bit RGB picture.
 ///
 /// The SVG's pixel is 1/96 inch, so that a figure 480 wide becomes 1500 pixels wide at 300 dots per
@@ -54,28 +57,27 @@ pub fn png(svg: &str, dots_per_inch: f64) -> Result<Vec<u8>, PngError> {
     if !(dots_per_inch.is_finite() && dots_per_inch > 0.0) {
         return Err(PngError::Resolution(dots_per_inch));
     }
-    let options = usvg::Options {
-        font_family: "Arimo".to_owned(),
-        fontdb: FONTS.clone(),
-        ..Default::default()
-    };
-    let tree = usvg::Tree::from_str(svg, &options)?;
+    let document = roxmltree::Document::parse(svg)?;
+    let root = document.root_element();
+    if !root.has_tag_name((SVG, "svg")) {
+        return Err(PngError::Unknown(format!("a root `{}`", root.tag_name().name())));
+    }
     let scale = dots_per_inch / 96.0;
-    let (width, height) = (
-        (f64::from(tree.size().width()) * scale).round(),
-        (f64::from(tree.size().height()) * scale).round(),
-    );
+    let pixels = |side| Ok::<f64, PngError>((f64::from(number(root, side)?) * scale).round());
+    let (width, height) = (pixels("width")?, pixels("height")?);
     let too_large = PngError::Size { width, height };
     if width.max(height) > LARGEST || width.min(height) < 1.0 {
         return Err(too_large);
     }
-    let Some(mut pixmap) = Pixmap::new(width as u32, height as u32) else { return Err(too_large) };
-    pixmap.fill(resvg::tiny_skia::Color::WHITE);
-    resvg::render(&tree, Transform::from_scale(scale as f32, scale as f32), &mut pixmap.as_mut());
+    let size = (width as u32, height as u32);
+    let Some(mut canvas) = Canvas::new(root, size, scale as f32) else { return Err(too_large) };
+    for node in root.children().filter(roxmltree::Node::is_element) {
+        canvas.add(node)?;
+    }
     // On white ground every pixel is opaque, so that alpha can be dropped.
-    let rgb: Vec<u8> = pixmap.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-    encode(width as u32, height as u32, png::ColorType::Rgb, &rgb, Some(dots_per_inch))
-        .map_err(PngError::from)
+    let rgb: Vec<u8> =
+        canvas.pixmap.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+    encode(size.0, size.1, png::ColorType::Rgb, &rgb, Some(dots_per_inch)).map_err(PngError::from)
 }
 
 /// Packs 8-bit pixels, row by row from the top, as a PNG.

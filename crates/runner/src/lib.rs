@@ -49,11 +49,16 @@ pub use event::{Counts, Event, EventKind};
 pub use interrupt::Interrupt;
 pub use ipc::{WorkerArguments, WorkerError, work};
 pub use ledger::{Done, Ledger, Verdict};
-pub use limits::{LimitError, enough_stack, memory_within_limits, prepare_process};
-pub use memory::available_memory;
+pub use limits::{
+    LimitError, Room, enough_stack, free_files, memory_within_limits, prepare_process, room,
+    thread_limit,
+};
+pub use memory::{available_memory, memory_of_group};
 pub use options::Options;
 pub use protocol::is_message;
-pub use root::{RootError, remove_bodies, sweep_leftovers};
+pub use root::{
+    RootError, SHARED_MEMORY, SharedMemory, remove_bodies, shared_memory, sweep_leftovers,
+};
 pub use run::run;
 pub use signals::raise_on_signals;
 pub use supervise::RUNNING_IMAGE;

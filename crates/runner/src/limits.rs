@@ -131,6 +131,12 @@ fn reserve_little() {
     }
 }
 
+/// Returns the number of processes and threads that the user may have by a limit of this process,
+/// or `None` if there is no limit.
+pub fn thread_limit() -> Option<u64> {
+    getrlimit(Resource::Nproc).current
+}
+
 /// Returns a number of pages in `/proc/self/statm` as \[bytes\]; 0 if it cannot be read.
 fn used_memory(column: usize) -> u64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
@@ -148,14 +154,16 @@ pub fn memory_within_limits() -> Option<u64> {
 
 /// The workers for which there is room.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Room {
-    pub(crate) workers: usize,
+pub struct Room {
+    /// The number of workers that a run has at a time.
+    pub workers: usize,
     /// The reason why there is not room for more.
-    pub(crate) reason: String,
+    pub reason: String,
 }
 
 /// Returns how many workers have room whose jobs use so many threads, if it is fewer than `wanted`.
-pub(crate) fn room(wanted: usize, threads: usize) -> Option<Room> {
+/// [`run`](crate::run) starts no more.
+pub fn room(wanted: usize, threads: usize) -> Option<Room> {
     let limited = |workers: u64, reason: String| Room { workers: workers as usize, reason };
     let mut rooms = Vec::new();
     if let Some(files) = free_files() {
@@ -206,7 +214,7 @@ pub(crate) fn shared_memory_for(wanted: usize) -> Option<Room> {
 
 /// Returns how many files the process may open beside those that are open, or `None` if there is no
 /// limit.
-fn free_files() -> Option<u64> {
+pub fn free_files() -> Option<u64> {
     let limit = getrlimit(Resource::Nofile).current?;
     let open = std::fs::read_dir("/proc/self/fd").map_or(FILES, |found| found.count() as u64);
     Some(limit.saturating_sub(open))

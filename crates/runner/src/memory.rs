@@ -12,6 +12,12 @@ pub fn available_memory() -> Option<u64> {
     groups().iter().filter_map(MemoryGroup::left).chain(of_machine).min()
 }
 
+/// Returns the least limit that a container or another group of processes around this one sets to
+/// its memory \[bytes\], or `None` if there is none.
+pub fn memory_of_group() -> Option<u64> {
+    groups().iter().filter_map(MemoryGroup::limit).min()
+}
+
 /// A group of processes whose memory is limited together.
 #[derive(Debug, PartialEq)]
 struct MemoryGroup {
@@ -29,20 +35,29 @@ impl MemoryGroup {
     /// Returns what is left of the limit \[bytes\], or `None` if there is no limit. Cached files
     /// that nobody uses count as left, since the system gives them up first.
     fn left(&self) -> Option<u64> {
-        let (limit, usage, cache) = match self.version {
-            Version::V1 => {
-                ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
-            }
-            Version::V2 => ("memory.max", "memory.current", "inactive_file"),
+        let (usage, cache) = match self.version {
+            Version::V1 => ("memory.usage_in_bytes", "total_inactive_file"),
+            Version::V2 => ("memory.current", "inactive_file"),
         };
-        let number = |name: &str| {
-            std::fs::read_to_string(self.directory.join(name)).ok()?.trim().parse::<u64>().ok()
+        let limit = self.limit()?;
+        let cache = read_field(&self.directory.join("memory.stat"), cache).unwrap_or(0);
+        let used = self.number(usage).unwrap_or(0).saturating_sub(cache);
+        Some(limit.saturating_sub(used))
+    }
+
+    /// Returns the limit of the group \[bytes\], or `None` if there is none.
+    fn limit(&self) -> Option<u64> {
+        let name = match self.version {
+            Version::V1 => "memory.limit_in_bytes",
+            Version::V2 => "memory.max",
         };
         // Version 1 says "no limit" by a number beyond all memory, version 2 by a word.
-        let limit = number(limit).filter(|&limit| limit < 1 << 60)?;
-        let cache = read_field(&self.directory.join("memory.stat"), cache).unwrap_or(0);
-        let used = number(usage).unwrap_or(0).saturating_sub(cache);
-        Some(limit.saturating_sub(used))
+        self.number(name).filter(|&limit| limit < 1 << 60)
+    }
+
+    /// Returns the number that stands alone in a file of the group.
+    fn number(&self, name: &str) -> Option<u64> {
+        std::fs::read_to_string(self.directory.join(name)).ok()?.trim().parse().ok()
     }
 
     /// Returns how many processes of the group the system has killed for want of memory.
@@ -197,18 +212,19 @@ mod tests {
         let group = |version| MemoryGroup { directory: place.path().to_owned(), version };
         assert_eq!(group(Version::V2).left(), None);
         write("memory.max", "max\n");
-        assert_eq!(group(Version::V2).left(), None);
+        assert_eq!((group(Version::V2).left(), group(Version::V2).limit()), (None, None));
         write("memory.max", "1000000\n");
         write("memory.current", "600000\n");
         write("memory.stat", "anon 1\nfile 2\ninactive_file 100000\n");
         assert_eq!(group(Version::V2).left(), Some(500_000));
+        assert_eq!(group(Version::V2).limit(), Some(1_000_000));
         write("memory.events", "low 0\noom 3\noom_kill 2\n");
         assert_eq!(group(Version::V2).kills(), 2);
         write("memory.limit_in_bytes", "9223372036854771712\n");
-        assert_eq!(group(Version::V1).left(), None);
+        assert_eq!((group(Version::V1).left(), group(Version::V1).limit()), (None, None));
         write("memory.limit_in_bytes", "300\n");
         write("memory.usage_in_bytes", "400\n");
-        assert_eq!(group(Version::V1).left(), Some(0));
+        assert_eq!((group(Version::V1).left(), group(Version::V1).limit()), (Some(0), Some(300)));
     }
 
     #[test]

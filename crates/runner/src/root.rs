@@ -19,7 +19,7 @@ use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
 use rustix::process::getuid;
 
 /// The directory of POSIX shared memory.
-pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+pub const SHARED_MEMORY: &str = "/dev/shm";
 /// The beginning of every name of the runner.
 const NAME: &str = "tribo-";
 /// The number of characters of a tag, with 6 random bits each: as many as fit twice into the path
@@ -223,9 +223,27 @@ fn remove_prefixed(dir: &Path, prefix: &str) {
     }
 }
 
+/// The shared memory of the system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SharedMemory {
+    /// The size of all of it \[bytes\].
+    pub size: u64,
+    /// The free part \[bytes\].
+    pub free: u64,
+}
+
+/// Returns how much shared memory there is, or `None` if the system does not tell.
+pub fn shared_memory() -> Option<SharedMemory> {
+    let volume = rustix::fs::statvfs(SHARED_MEMORY).ok()?;
+    Some(SharedMemory {
+        size: volume.f_blocks.saturating_mul(volume.f_frsize),
+        free: volume.f_bavail.saturating_mul(volume.f_frsize),
+    })
+}
+
 /// Returns the free shared memory \[bytes\], or `None` if the system does not tell.
 pub(crate) fn free_shared_memory() -> Option<u64> {
-    rustix::fs::statvfs(SHARED_MEMORY).ok().map(|stat| stat.f_bavail.saturating_mul(stat.f_frsize))
+    shared_memory().map(|memory| memory.free)
 }
 
 fn new_tag() -> std::io::Result<String> {

@@ -23,7 +23,9 @@ use toml::de::DeValue;
 use contact::model::{Control, Dof, FigureErrors, Loading, Mesh, PerDof, Shape};
 
 use crate::axis::Group;
+use crate::bounds::{ANY, inside, within};
 use crate::error::{Mistake, Span};
+use crate::fallback::Fallback;
 use crate::job::Job;
 use crate::key::Key;
 use crate::kind::Kind;
@@ -31,6 +33,7 @@ use crate::quantity::one_of;
 use crate::read::{self, Node};
 use crate::sheet::{Given, Setting};
 use crate::suggestion::nearest;
+use crate::table_key::{KeyTable, PART, TableValue, table_key};
 
 /// The quality that the results of a study must have.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +54,43 @@ pub const FIRST: u32 = 8;
 /// The number of elements across Ω beyond which no mesh is tried if the study does not say.
 pub(crate) const AT_MOST: u32 = 1024;
 
-const KEYS: &[&str] = &["of", "is", "at_most"];
+/// The table, in whose place a study may have what `is` has.
+pub(crate) const TABLE: KeyTable = KeyTable {
+    path: "accuracy",
+    is_list: false,
+    meaning: "the accuracy that each point is to have, in place of a mesh; `accuracy = \"0.1%\"` is \
+              short for `is`",
+    keys: &[
+        table_key(
+            "of",
+            COLUMN_OF_ESTIMATE,
+            ANY,
+            DEFAULT,
+            "\"peak_pressure\"",
+            "figure that counts",
+        ),
+        table_key(
+            "is",
+            PART,
+            inside(0.0, 1.0),
+            Fallback::Needed,
+            "\"0.1%\"",
+            "largest estimate of its relative error, with what the solver left, that is accepted",
+        ),
+        table_key(
+            "at_most",
+            TableValue::Count,
+            within(FIRST as f64, Mesh::MAX_SIDE as f64),
+            Fallback::Count(AT_MOST),
+            "512",
+            "elements across Ω beyond which no mesh is tried",
+        ),
+    ],
+};
+
+const COLUMN_OF_ESTIMATE: TableValue =
+    TableValue::Other("the name of a figure with an estimated error");
+const DEFAULT: Fallback = Fallback::Follows("`load`, or `approach` where the load is given");
 
 impl Accuracy {
     /// Returns the figure that counts for a job.
@@ -154,7 +193,7 @@ pub(crate) fn read(
     let mut accuracy = Accuracy { of: None, is: f64::NAN, at_most: AT_MOST, span: node.span() };
     match node.get_ref() {
         DeValue::Table(table) => {
-            read::refuse_unknown(table, "`[accuracy]`", KEYS, mistakes);
+            read::refuse_unknown(table, "`[accuracy]`", &TABLE.names(), mistakes);
             match table.get("is").map(|node| read::proportion("accuracy.is", node)) {
                 Some(Ok(is)) => accuracy.is = is,
                 Some(Err(mistake)) => mistakes.push(mistake),

@@ -57,17 +57,21 @@ use crate::error::Mistake;
 use crate::key::Key;
 use crate::read::Node;
 use crate::sheet::Given;
+use crate::table_key::KeyTable;
 
-use bisect::read_bisect;
-use fill::read_fill;
-use find::read_find;
-use refine::read_refine;
+use bisect::{BISECT, read_bisect};
+use fill::{FILL, read_fill};
+use find::{FIND, read_find};
+use refine::{REFINE, read_refine};
 
 pub use rule::{Adaptive, Filling, RootSearch};
 pub use table::OF_ONE_JOB;
 
 /// The rules of which a study has at most one. `accuracy` is read by itself.
 pub(crate) const RULES: [&str; 5] = ["accuracy", "refine", "bisect", "find", "fill"];
+
+/// The tables of the rules, but for that of `accuracy`.
+pub(crate) const TABLES: [&KeyTable; 4] = [&REFINE, &BISECT, &FIND, &FILL];
 
 /// Reads the rule at the `root` of a study, which excludes any other. `base`, `groups` and
 /// `columns` are the study's.

@@ -32,15 +32,15 @@ fn needed(shape: &str) -> &'static [Key] {
     }
 }
 
-/// The keys of a wheel on a rail that have a default, with the default.
-const WHEEL_ON_RAIL: &[(Key, f64)] = &[
-    (Key::Gauge, WheelRail::GAUGE),
-    (Key::GaugeDepth, WheelRail::GAUGE_DEPTH),
-    (Key::FlangeBackDistance, WheelRail::FLANGE_BACK_DISTANCE),
-    (Key::FlangeBackToOrigin, WheelRail::FLANGE_BACK_TO_ORIGIN),
-    (Key::Lateral, 0.0),
-    (Key::Yaw, 0.0),
-    (Key::Roll, 0.0),
+/// The keys of a wheel on a rail that have a default.
+const WHEEL_ON_RAIL: &[Key] = &[
+    Key::Gauge,
+    Key::GaugeDepth,
+    Key::FlangeBackDistance,
+    Key::FlangeBackToOrigin,
+    Key::Lateral,
+    Key::Yaw,
+    Key::Roll,
 ];
 
 /// The keys of a wheelset's motion.
@@ -61,7 +61,20 @@ fn optional(shape: &str) -> impl Iterator<Item = Key> {
     let of_motions = if is_wheel { WHEELSET_MOTION } else { &[] };
     let of_maps = if shape == "height-map" { HEIGHT_MAP } else { &[] };
     let further = of_motions.iter().chain(of_maps).copied();
-    of_wheels.iter().map(|(key, _)| *key).chain(further)
+    of_wheels.iter().copied().chain(further)
+}
+
+/// Returns the shapes that have a key of the punch, and whether each needs it.
+pub(crate) fn shapes_of(key: Key) -> Vec<(&'static str, bool)> {
+    let Quantity::Choice(shapes) = Key::Shape.quantity() else { return Vec::new() };
+    let of = |shape: &&'static str| {
+        let is_needed = needed(shape).contains(&key);
+        // A map is a file, or a surface that is stored.
+        let is_stored = key == Key::Surface && *shape == "height-map";
+        let has_it = is_needed || is_stored || optional(shape).any(|optional| optional == key);
+        has_it.then_some((*shape, is_needed))
+    };
+    shapes.iter().filter_map(of).collect()
 }
 
 /// Puts the indefinite article before a word.
@@ -130,7 +143,7 @@ impl<'a> Assembler<'a> {
         let numerics = Numerics {
             mesh: self.mesh(),
             projection: self.projection(),
-            epsilon: self.number_or(Key::Epsilon, 0.0),
+            epsilon: self.number_or_default(Key::Epsilon),
             ceiling: self.sheet.number(Key::Ceiling),
             method: match self.sheet.word(Key::Method) {
                 Some("seidel") => Method::Seidel,
@@ -138,11 +151,8 @@ impl<'a> Assembler<'a> {
                 Some("auto") => Method::Auto,
                 _ => Method::default(),
             },
-            tolerance: self.number_or(Key::Tolerance, Numerics::default_tolerance()),
-            max_iterations: self
-                .sheet
-                .count(Key::MaxIterations)
-                .unwrap_or_else(Numerics::default_max_iterations),
+            tolerance: self.number_or_default(Key::Tolerance),
+            max_iterations: self.count_or_default(Key::MaxIterations),
             simulate: match self.sheet.get(Key::Simulate).map(|given| &given.setting) {
                 Some(Setting::Effects(effects)) => effects.clone(),
                 _ => Vec::new(),
@@ -161,7 +171,7 @@ impl<'a> Assembler<'a> {
             self.miss(Key::Mu, ": a scene that wears needs it");
             return f64::NAN;
         }
-        if has_friction { self.number(Key::Mu) } else { self.number_or(Key::Mu, 0.0) }
+        if has_friction { self.number(Key::Mu) } else { self.number_or_default(Key::Mu) }
     }
 
     pub(crate) fn foundation(&mut self) -> Foundation {
@@ -202,7 +212,7 @@ impl<'a> Assembler<'a> {
         Loading {
             steps,
             cycle_from: self.sheet.count(Key::CycleFrom),
-            cycles: self.sheet.count(Key::Cycles).unwrap_or(1),
+            cycles: self.count_or_default(Key::Cycles),
         }
     }
 
@@ -267,8 +277,14 @@ impl<'a> Assembler<'a> {
         })
     }
 
-    pub(crate) fn number_or(&self, key: Key, default: f64) -> f64 {
-        self.sheet.number(key).unwrap_or(default)
+    /// Returns a number that is given, or the default of its key.
+    pub(crate) fn number_or_default(&self, key: Key) -> f64 {
+        self.sheet.number(key).or(key.fallback().number()).unwrap_or(f64::NAN)
+    }
+
+    /// Returns a whole number that is given, or the default of its key in every kind of study.
+    fn count_or_default(&self, key: Key) -> u32 {
+        self.sheet.count(key).or(key.fallback().count()).unwrap_or(0)
     }
 
     pub(crate) fn mesh(&mut self) -> Mesh {
@@ -333,7 +349,7 @@ impl<'a> Assembler<'a> {
         self.wears().then(|| Wear {
             coefficient: self.number(Key::WearCoefficient),
             update: self.sheet.flag(Key::WearUpdate).unwrap_or(false),
-            repeat: self.sheet.count(Key::WearRepeat).unwrap_or(1),
+            repeat: self.count_or_default(Key::WearRepeat),
         })
     }
 
@@ -343,8 +359,8 @@ impl<'a> Assembler<'a> {
         any.then(|| Domain {
             width_x: self.number(keys[0]),
             width_y: self.number(keys[1]),
-            center_x: self.number_or(keys[2], 0.0),
-            center_y: self.number_or(keys[3], 0.0),
+            center_x: self.number_or_default(keys[2]),
+            center_y: self.number_or_default(keys[3]),
         })
     }
 
@@ -388,15 +404,7 @@ impl<'a> Assembler<'a> {
 
     fn wheel_on_rail(&mut self) -> WheelRail {
         let motion = self.motion();
-        let number = |key| {
-            let default = || {
-                WHEEL_ON_RAIL
-                    .iter()
-                    .find(|(of, _)| *of == key)
-                    .map_or(f64::NAN, |(_, default)| *default)
-            };
-            self.sheet.number(key).unwrap_or_else(default)
-        };
+        let number = |key| self.number_or_default(key);
         let profile = |key| {
             let file = self.sheet.word(key).unwrap_or_default().to_owned();
             let named = ProfileFile { file, is_wheel: key == Key::Wheel };

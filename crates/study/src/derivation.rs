@@ -18,13 +18,32 @@ use toml::de::DeValue;
 use contact::model::Mesh;
 
 use crate::axis::{self, Group, SweepAxis, Target};
+use crate::bounds::ANY;
 use crate::error::{Mistake, Span, are_enough};
+use crate::fallback::Fallback::Needed;
 use crate::formula::{Formula, FormulaFault, UnitPowers};
 use crate::key::Key;
 use crate::quantity::Quantity;
 use crate::read::{self, Node, entries};
 use crate::sheet::{Given, Setting, Sheet};
 use crate::suggestion::{nearest, nearest_path};
+use crate::table_key::{ANY_KEY, KeyTable, TableValue, table_key};
+
+/// The table.
+pub(crate) const TABLE: KeyTable = KeyTable {
+    path: "derive",
+    is_list: false,
+    meaning: "keys as formulas of others, computed at every point",
+    keys: &[table_key(
+        ANY_KEY,
+        TableValue::Other("a formula"),
+        ANY,
+        Needed,
+        "\"0.1 * punch.radius\"",
+        "formula of the key at this path: + - * / ^, numbers with units, keys, and min, max, sqrt, \
+         round … of them",
+    )],
+};
 
 /// The keys that a study derives, those first that others are derived from.
 #[derive(Clone, Debug, Default)]
@@ -237,21 +256,25 @@ fn find(name: &str, given: &[Key]) -> Result<Key, FormulaFault> {
     }
 }
 
+/// Returns whether a key may be a formula of others.
+pub(crate) fn is_derivable(key: Key) -> bool {
+    let is_number =
+        matches!(key.quantity(), Quantity::Number(_) | Quantity::Count | Quantity::Mesh);
+    is_number && key != Key::MissingValue
+}
+
 /// Refuses to derive a key that is given elsewhere, that is no number, or that stands in a list
 /// which does not have it.
 fn refuse_place(key: Key, span: &Span, base: &[(Key, Given)], groups: &[Group]) -> Option<Mistake> {
     let mistake = |message: String, expected: &str| Mistake::new(span.clone(), message, expected);
     let path = key.short();
-    match key.quantity() {
-        _ if key == Key::MissingValue => {
-            let message = format!("`{path}` says how a file is read, before anything is derived");
-            return Some(mistake(message, "must be given by the scene"));
-        }
-        Quantity::Number(_) | Quantity::Count | Quantity::Mesh => {}
-        _ => {
-            let message = format!("`{path}` is no number");
-            return Some(mistake(message, "only numbers are derived"));
-        }
+    if key == Key::MissingValue {
+        let message = format!("`{path}` says how a file is read, before anything is derived");
+        return Some(mistake(message, "must be given by the scene"));
+    }
+    if !is_derivable(key) {
+        let message = format!("`{path}` is no number");
+        return Some(mistake(message, "only numbers are derived"));
     }
     let is_same = |other: Key| other == key || key.alternative() == Some(other);
     if let Some((_, given)) = base.iter().find(|(other, _)| is_same(*other)) {

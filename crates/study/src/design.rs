@@ -47,8 +47,12 @@ impl SamplingMethod {
         SamplingMethod::Random,
     ];
 
+    /// The names by which a study file calls them.
+    pub(crate) const NAMES: [&'static str; 4] =
+        [Self::ALL[0].name(), Self::ALL[1].name(), Self::ALL[2].name(), Self::ALL[3].name()];
+
     /// Returns the name by which a study file calls it.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             SamplingMethod::Sobol => "sobol",
             SamplingMethod::Halton => "halton",

@@ -199,7 +199,7 @@ pub fn with_cost_ladder(
     // The scene is chosen, and the ladder has points of its own.
     for table in ["figure", "refine", "bisect", "find", "fill", "exclude", "keep", "kind"]
         .into_iter()
-        .chain(Kind::table_names())
+        .chain(Kind::tables().map(|table| table.path))
     {
         document.remove(table);
     }

@@ -21,16 +21,41 @@ use condition::{Condition, ConditionNames, FilterError, FilterValue, UnknownColu
 use contact::model::Mesh;
 
 use crate::axis::{Group, Target};
+use crate::bounds::ANY;
 use crate::columns::Column;
 use crate::error::{Mistake, Span, are_enough};
+use crate::fallback::Fallback::Needed;
 use crate::key::Key;
 use crate::read::{self, Node, entries};
 use crate::sheet::{Given, Setting, Sheet};
 use crate::suggestion::nearest;
+use crate::table_key::{CONDITION, KeyTable, TableKey, table_key};
 use crate::value::{Value, ValueType};
 
 /// The tables of conditions: those that exclude points, and those that keep them.
-const TABLES: [&str; 2] = ["exclude", "keep"];
+pub(crate) const TABLES: [KeyTable; 2] = [
+    KeyTable {
+        path: "exclude",
+        is_list: true,
+        meaning: "points that are left out: those for which one of these holds",
+        keys: &[WHEN],
+    },
+    KeyTable {
+        path: "keep",
+        is_list: true,
+        meaning: "points that are kept: only those for which one of these holds",
+        keys: &[WHEN],
+    },
+];
+
+const WHEN: TableKey = table_key(
+    "when",
+    CONDITION,
+    ANY,
+    Needed,
+    "\"mu > 0.1\"",
+    "condition on the axes and the keys that the study gives, in SI units",
+);
 
 /// The conditions that decide which points of the axes a study has.
 #[derive(Clone, Debug)]
@@ -222,7 +247,8 @@ impl Exclusion {
     /// Says which conditions change nothing, in the order of the file.
     pub(crate) fn idle(&self, points: usize, holding: &HoldingCounts) -> Vec<String> {
         let words = |(rule, count): (&ExclusionRule, &usize)| {
-            let (table, text) = (TABLES[usize::from(rule.keeps)], wording::one_line(&rule.text));
+            let (table, text) =
+                (TABLES[usize::from(rule.keeps)].path, wording::one_line(&rule.text));
             match (rule.keeps, *count) {
                 (_, 0) => Some(format!("[[{table}]] `{text}` holds at no point")),
                 (true, count) if count == points => {
@@ -261,12 +287,13 @@ pub(crate) fn read(
     columns: &[Column],
     mistakes: &mut Vec<Mistake>,
 ) -> Option<Exclusion> {
-    if TABLES.iter().all(|table| root.get(*table).is_none()) {
+    if TABLES.iter().all(|table| root.get(table.path).is_none()) {
         return None;
     }
     let names = PointNames::of(groups, base, keys);
     let mut rules = Vec::new();
-    for (keeps, table) in [false, true].into_iter().zip(TABLES) {
+    for (keeps, known) in [false, true].into_iter().zip(TABLES) {
+        let table = known.path;
         let Some(node) = root.get(table) else { continue };
         let expected = format!("written [[{table}]], with when = \"…\" below it");
         let DeValue::Array(all) = node.get_ref() else {
@@ -281,7 +308,7 @@ pub(crate) fn read(
                 mistakes.push(read::mistyped(table, node, &expected));
                 continue;
             };
-            read::refuse_unknown(below, &format!("`[[{table}]]`"), &["when"], mistakes);
+            read::refuse_unknown(below, &format!("`[[{table}]]`"), &known.names(), mistakes);
             let when = entries(below).into_iter().find(|(name, _)| name.get_ref() == "when");
             let Some((_, when)) = when else {
                 let message = format!("a `[[{table}]]` without a condition");

@@ -42,13 +42,16 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::axis::{Group, SweepAxis};
+use crate::bounds::{ANY, within};
 use crate::column_name::column_name;
 use crate::columns::{Column, along_path, find, nearest_name};
 use crate::design::arrangement::Arrangement;
 use crate::error::{Mistake, Span, are_enough};
+use crate::fallback::Fallback::{self, Follows, Needed};
 use crate::quantity::one_of;
 use crate::read::{self, Node};
 use crate::suggestion::nearest;
+use crate::table_key::{COLUMN, CONDITION, KeyTable, NAME, TEXT, TableValue, table_key};
 use crate::value::ValueType;
 
 /// The form of a figure.
@@ -70,8 +73,12 @@ impl FigureKind {
     pub const ALL: [FigureKind; 4] =
         [FigureKind::Curves, FigureKind::Scatter, FigureKind::Histogram, FigureKind::Sensitivity];
 
+    /// The names by which a study file calls them.
+    const NAMES: [&'static str; 4] =
+        [Self::ALL[0].name(), Self::ALL[1].name(), Self::ALL[2].name(), Self::ALL[3].name()];
+
     /// Returns the name by which a study file calls it.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             FigureKind::Curves => "curves",
             FigureKind::Scatter => "scatter",
@@ -231,10 +238,137 @@ impl Figure {
 /// The largest number of figures of one study.
 const MOST_FIGURES: usize = 100;
 
-const KEYS: &[&str] = &[
-    "name", "title", "kind", "x", "y", "series", "panels", "steps", "where", "log_x", "log_y",
-    "fit", "band", "front", "names", "bins", "share",
-];
+/// The table.
+pub(crate) const TABLE: KeyTable = KeyTable {
+    path: "figure",
+    is_list: true,
+    meaning: "a figure that answers the study's question; `[figure]`, if there is only one",
+    keys: &[
+        table_key("name", NAME, ANY, Follows("its number"), "\"loop\"", "name of its files"),
+        table_key(
+            "title",
+            TEXT,
+            ANY,
+            Follows("the study's `question`"),
+            "\"A closed loop\"",
+            "title that stands above it",
+        ),
+        table_key(
+            "kind",
+            TableValue::Word(&FigureKind::NAMES),
+            ANY,
+            Follows("\"curves\"; \"scatter\" in a study with `[sample]`"),
+            "\"scatter\"",
+            "form: curves through points, points, counts, or bars of how much each key moves a result",
+        ),
+        table_key("x", COLUMN, ANY, Needed, "\"mu\"", "column of numbers along the abscissa"),
+        table_key(
+            "y",
+            TableValue::Columns,
+            ANY,
+            Needed,
+            "\"peak_pressure\"",
+            "columns of one unit along the ordinate; may be left out beside `band`, and a \
+             histogram has none",
+        ),
+        table_key(
+            "series",
+            TableValue::Other("a list of columns"),
+            ANY,
+            Follows("the axes that are left over"),
+            "[\"mesh\"]",
+            "columns of whose values each combination gets a curve",
+        ),
+        table_key(
+            "panels",
+            COLUMN,
+            ANY,
+            Follows("one panel"),
+            "\"mesh\"",
+            "column of which each value gets a panel",
+        ),
+        table_key(
+            "steps",
+            TableValue::Flag,
+            ANY,
+            Fallback::Flag(false),
+            "true",
+            "whether every increment is a point, joined along the loading path",
+        ),
+        table_key(
+            "where",
+            CONDITION,
+            ANY,
+            Follows("all points"),
+            "\"mu > 0.1\"",
+            "condition that holds at the points that are shown",
+        ),
+        table_key(
+            "log_x",
+            TableValue::Flag,
+            ANY,
+            Fallback::Flag(false),
+            "true",
+            "whether the abscissa is logarithmic",
+        ),
+        table_key(
+            "log_y",
+            TableValue::Flag,
+            ANY,
+            Fallback::Flag(false),
+            "true",
+            "whether the ordinate is logarithmic",
+        ),
+        table_key(
+            "fit",
+            TableValue::Flag,
+            ANY,
+            Fallback::Flag(false),
+            "true",
+            "whether a straight line is fitted to each curve's later points, with its slope",
+        ),
+        table_key(
+            "band",
+            TableValue::Other("a pair of columns"),
+            ANY,
+            Follows("no band"),
+            "[\"stick_area\", \"contact_area\"]",
+            "lower and upper column, of one unit, between which it is shaded",
+        ),
+        table_key(
+            "front",
+            TableValue::Flag,
+            ANY,
+            Fallback::Flag(false),
+            "true",
+            "whether those points are marked that no other one is below and left of",
+        ),
+        table_key(
+            "names",
+            COLUMN,
+            ANY,
+            Follows("no names"),
+            "\"mesh\"",
+            "column whose values are written beside the points",
+        ),
+        table_key(
+            "bins",
+            TableValue::Count,
+            within(1.0, MOST_BINS as f64),
+            Follows("by the rule of Freedman and Diaconis"),
+            "20",
+            "bins of a histogram",
+        ),
+        table_key(
+            "share",
+            TableValue::Flag,
+            ANY,
+            Fallback::Flag(false),
+            "true",
+            "whether a histogram shows parts of the points in place of counts",
+        ),
+    ],
+};
 
 /// Reads `[figure]` or every `[[figure]]`; `columns` are the study's.
 pub(crate) fn read_figures(
@@ -260,7 +394,10 @@ pub(crate) fn read_figures(
             mistakes.push(read::mistyped(
                 "figure",
                 node,
-                &format!("a table with the keys `{}`, or a list of such tables", KEYS.join("`, `")),
+                &format!(
+                    "a table with the keys `{}`, or a list of such tables",
+                    TABLE.names().join("`, `")
+                ),
             ));
             continue;
         };
@@ -307,7 +444,7 @@ fn read_figure(
     columns: &[Column],
     mistakes: &mut Vec<Mistake>,
 ) -> Option<Figure> {
-    read::refuse_unknown(table, "`[figure]`", KEYS, mistakes);
+    read::refuse_unknown(table, "`[figure]`", &TABLE.names(), mistakes);
     let mut switch = |name: &str| {
         let node = table.get(name)?;
         read::switch(&format!("figure.{name}"), node).map_err(|mistake| mistakes.push(mistake)).ok()
@@ -461,7 +598,7 @@ fn read_kind(node: &Node<'_>) -> Result<FigureKind, Mistake> {
     let name = read::text("figure.kind", node)?;
     let known = FigureKind::ALL.into_iter().find(|kind| kind.name() == name);
     known.ok_or_else(|| {
-        let names = FigureKind::ALL.map(FigureKind::name);
+        let names = FigureKind::NAMES;
         let message = format!("`figure.kind` cannot be `{name}`");
         let listed = format!("must be {}", one_of(&names));
         match nearest(&name, names) {

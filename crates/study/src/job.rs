@@ -109,13 +109,18 @@ impl Job {
     ///
     /// # Errors
     ///
-    /// Returns the first error of the scene, the numerics or the question.
+    /// Returns the first error of the scene, the numerics, the question or the search.
     pub(crate) fn validate(&self) -> Result<(), SceneError> {
         match self {
-            Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
-                case.validate()
+            Job::Solve(case) | Job::Cost { case, .. } => case.validate(),
+            Job::Multiplicity { case, search } => {
+                case.validate()?;
+                search.validate()
             }
-            Job::Uniqueness { question, .. } => question.validate(),
+            Job::Uniqueness { question, search } => {
+                question.validate()?;
+                search.validate()
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! The one list of the keys of a scene and its numerics: the place of each in a study file, what it
-//! measures and the column that it fills. The reader, the axes, the columns and the messages all go
-//! by this list.
+//! measures and the column that it fills. The reader, the axes, the columns, the messages and the
+//! reference of the study file all go by this list.
 //!
 //! Layers and load steps are lists, and a key of one of them carries its index, counted from 0:
 //! `foundation.layers[1].thickness` fills the column `layer1_thickness`, and
@@ -16,236 +16,9 @@ use contact::model::{Foundation, Loading};
 use crate::quantity::Quantity;
 use crate::units::Dimension;
 
-macro_rules! keys {
-    ($(
-        $name:ident $(($index:ident: $type:ty))?, $path:literal, $column:literal,
-        $quantity:expr, $meaning:literal;
-    )*) => {
-        /// A key of a scene or of its numerics; the key of a layer or a step carries the index of
-        /// it.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub enum Key {
-            $(#[doc = $meaning] $name $(($type))?,)*
-        }
+mod list;
 
-        impl Key {
-            /// Every key, in the order of the scene's and the numerics' fields; keys of lists have
-            /// index 0.
-            pub(crate) const ALL: &'static [Key] = &[$(Key::$name $((<$type>::MIN))?),*];
-
-            /// Returns the key of another layer or step.
-            pub(crate) fn with_index(self, index: u32) -> Key {
-                match self {
-                    $(Key::$name { .. } => Key::$name $(({
-                        let $index: $type = index;
-                        $index
-                    }))?,)*
-                }
-            }
-
-            /// Returns the index of its layer or step.
-            pub(crate) fn index(self) -> Option<u32> {
-                match self { $(Key::$name $(($index))? => None $(.or(Some($index)))?,)* }
-            }
-
-            /// Returns its path in a study file, with `i` for an index.
-            pub(crate) fn pattern(self) -> &'static str {
-                match self { $(Key::$name { .. } => $path,)* }
-            }
-
-            fn column_pattern(self) -> &'static str {
-                match self { $(Key::$name { .. } => $column,)* }
-            }
-
-            /// Returns the values that may stand behind it.
-            pub(crate) fn quantity(self) -> Quantity {
-                match self { $(Key::$name { .. } => $quantity,)* }
-            }
-
-            /// Returns its meaning in words.
-            pub(crate) fn meaning(self) -> &'static str {
-                match self { $(Key::$name { .. } => $meaning,)* }
-            }
-        }
-    };
-}
-
-use Dimension::{
-    Angle, AnglePerLength, AngularVelocity, Force, Length, Moment, PerPressure, Pressure, Pure,
-    Velocity,
-};
-use Quantity::{Choice, Count, Effects, Flag, LengthUnit, Lengths, List, Number, Places, Text};
-
-/// Examples of a layer and a load step.
-const LAYER: &str = "{ youngs_modulus = \"210 GPa\", poisson = 0.3, thickness = \"0.5 mm\" }";
-const STEP: &str = "{ approach = \"1 um\" }";
-
-keys! {
-    Layers, "scene.foundation.layers", "layers", List(LAYER), "number of layers of the foundation";
-    LayerShearModulus(i: u32), "scene.foundation.layers[i].shear_modulus", "layer[i]_shear_modulus",
-        Number(Pressure), "shear modulus G of a layer";
-    LayerYoungsModulus(i: u32), "scene.foundation.layers[i].youngs_modulus",
-        "layer[i]_youngs_modulus", Number(Pressure), "Young's modulus E of a layer";
-    LayerPoisson(i: u32), "scene.foundation.layers[i].poisson", "layer[i]_poisson",
-        Number(Pure), "Poisson's ratio ν of a layer";
-    LayerThickness(i: u32), "scene.foundation.layers[i].thickness", "layer[i]_thickness",
-        Number(Length), "thickness of a layer";
-    Base, "scene.foundation.base", "base",
-        Choice(&["rigid"]), "what the layers rest on, if it is not elastic";
-    ShearModulus, "scene.foundation.base.shear_modulus", "shear_modulus",
-        Number(Pressure), "shear modulus G of the foundation's base";
-    YoungsModulus, "scene.foundation.base.youngs_modulus", "youngs_modulus",
-        Number(Pressure), "Young's modulus E of the foundation's base";
-    Poisson, "scene.foundation.base.poisson", "poisson",
-        Number(Pure), "Poisson's ratio ν of the foundation's base";
-    Shape, "scene.punch.shape", "shape",
-        Choice(&[
-            "sphere", "ellipsoid", "flat-rectangle", "flat-disk", "cone", "height-map",
-            "wheel-on-rail",
-        ]), "shape of the punch";
-    Radius, "scene.punch.radius", "radius", Number(Length), "radius of a sphere or a flat disk";
-    RadiusX, "scene.punch.radius_x", "radius_x",
-        Number(Length), "radius of curvature of an ellipsoid in the x–z plane";
-    RadiusY, "scene.punch.radius_y", "radius_y",
-        Number(Length), "radius of curvature of an ellipsoid in the y–z plane";
-    WidthX, "scene.punch.width_x", "width_x", Number(Length), "extent of the punch along x";
-    WidthY, "scene.punch.width_y", "width_y", Number(Length), "extent of the punch along y";
-    ConeAngle, "scene.punch.angle", "angle",
-        Number(Angle), "angle between a cone and the plane of contact";
-    File, "scene.punch.file", "file",
-        Text, "file with the heights of a height map: NPY, or a matrix or a list of x, y and z as text";
-    HeightUnit, "scene.punch.unit", "unit",
-        LengthUnit, "unit of the heights in the file, that of its header or m unless given";
-    LateralUnit, "scene.punch.lateral_unit", "lateral_unit",
-        LengthUnit, "unit of x and y in the file, that of its header or of the heights unless given";
-    Missing, "scene.punch.missing", "missing",
-        Choice(&["fill", "exclude", "none"]), "what becomes of missing pixels: they are filled from \
-        their neighbours, they are no part of the sole, or there are none";
-    MissingValue, "scene.punch.missing_value", "missing_value",
-        Number(Pure), "height in the file, in its unit, that marks a missing pixel";
-    Surface, "scene.punch.surface", "surface",
-        Text, "name of a stored surface, the hash of its heights";
-    Wheel, "scene.punch.wheel", "wheel",
-        Text, "file with the wheel's profile, of SIMPACK, of MiniProf or a list; in a stored job, its hash";
-    Rail, "scene.punch.rail", "rail",
-        Text, "file with the rail's profile, of SIMPACK, of MiniProf or a list; in a stored job, its hash";
-    Side, "scene.punch.side", "side", Choice(&["left", "right"]), "which wheel of the wheelset";
-    RollingRadius, "scene.punch.rolling_radius", "rolling_radius",
-        Number(Length), "radius of the wheel at its profile's z = 0";
-    Gauge, "scene.punch.gauge", "gauge", Number(Length), "distance between the rails' gauge faces";
-    GaugeDepth, "scene.punch.gauge_depth", "gauge_depth",
-        Number(Length), "depth below the rails' tops at which the gauge is measured";
-    FlangeBackDistance, "scene.punch.flange_back_distance", "flange_back_distance",
-        Number(Length), "distance between the backs of the flanges";
-    FlangeBackToOrigin, "scene.punch.flange_back_to_origin", "flange_back_to_origin",
-        Number(Length), "from the back of a flange to its profile's y = 0";
-    Lateral, "scene.punch.lateral", "lateral",
-        Number(Length), "lateral displacement of the wheelset, positive to the right";
-    Yaw, "scene.punch.yaw", "yaw",
-        Number(Angle), "yaw of the wheelset about z, positive turns x towards y";
-    Roll, "scene.punch.roll", "roll",
-        Number(Angle), "roll of the wheelset about x, positive lowers the right wheel";
-    Speed, "scene.punch.speed", "speed",
-        Number(Velocity), "velocity of the wheelset along the track; steps that roll then take \
-        their creepages from its motion";
-    AngularSpeed, "scene.punch.angular_speed", "angular_speed",
-        Number(AngularVelocity), "angular speed of the wheelset about its axle, speed over \
-        rolling_radius unless given";
-    LateralVelocity, "scene.punch.lateral_velocity", "lateral_velocity",
-        Number(Velocity), "velocity of the wheelset along y, positive to the right";
-    YawRate, "scene.punch.yaw_rate", "yaw_rate",
-        Number(AngularVelocity), "rate of the wheelset's yaw, against rails that rest";
-    RollRate, "scene.punch.roll_rate", "roll_rate",
-        Number(AngularVelocity), "rate of the wheelset's roll";
-    PunchShearModulus, "scene.punch.material.shear_modulus", "punch_shear_modulus",
-        Number(Pressure), "shear modulus G of an elastic punch";
-    PunchYoungsModulus, "scene.punch.material.youngs_modulus", "punch_youngs_modulus",
-        Number(Pressure), "Young's modulus E of an elastic punch";
-    PunchPoisson, "scene.punch.material.poisson", "punch_poisson",
-        Number(Pure), "Poisson's ratio ν of an elastic punch";
-    Mu, "scene.friction.mu", "mu", Number(Pure), "coefficient of friction μ";
-    WearCoefficient, "scene.wear.coefficient", "wear_coefficient", Number(PerPressure),
-        "wear coefficient k of both surfaces together: depth over pressure and sliding distance";
-    WearUpdate, "scene.wear.update", "wear_update", Flag,
-        "whether each increment meets the shape that the wear before it has left";
-    WearRepeat, "scene.wear.repeat", "wear_repeat", Count,
-        "cycles that each cycle of the path stands for: it wears so many times as much";
-    DomainWidthX, "scene.domain.width_x", "domain_width_x", Number(Length), "extent of Ω along x";
-    DomainWidthY, "scene.domain.width_y", "domain_width_y", Number(Length), "extent of Ω along y";
-    DomainCenterX, "scene.domain.center_x", "domain_center_x",
-        Number(Length), "x of the centre of Ω";
-    DomainCenterY, "scene.domain.center_y", "domain_center_y",
-        Number(Length), "y of the centre of Ω";
-    Steps, "scene.loading.steps", "steps", List(STEP), "number of load steps";
-    Approach(i: u32), "scene.loading.steps[i].approach", "step[i]_approach",
-        Number(Length), "approach δ of the punch, positive into the foundation";
-    NormalForce(i: u32), "scene.loading.steps[i].normal_force", "step[i]_normal_force",
-        Number(Force), "normal force that is prescribed instead of the approach";
-    ShiftX(i: u32), "scene.loading.steps[i].shift_x", "step[i]_shift_x",
-        Number(Length), "shift of the punch along x";
-    ForceX(i: u32), "scene.loading.steps[i].force_x", "step[i]_force_x",
-        Number(Force), "tangential force along x that is prescribed instead of the shift";
-    ShiftY(i: u32), "scene.loading.steps[i].shift_y", "step[i]_shift_y",
-        Number(Length), "shift of the punch along y";
-    ForceY(i: u32), "scene.loading.steps[i].force_y", "step[i]_force_y",
-        Number(Force), "tangential force along y that is prescribed instead of the shift";
-    TiltX(i: u32), "scene.loading.steps[i].tilt_x", "step[i]_tilt_x",
-        Number(Angle), "tilt of the punch about the x axis";
-    MomentX(i: u32), "scene.loading.steps[i].moment_x", "step[i]_moment_x",
-        Number(Moment), "moment about x that is prescribed instead of the tilt";
-    TiltY(i: u32), "scene.loading.steps[i].tilt_y", "step[i]_tilt_y",
-        Number(Angle), "tilt of the punch about the y axis";
-    MomentY(i: u32), "scene.loading.steps[i].moment_y", "step[i]_moment_y",
-        Number(Moment), "moment about y that is prescribed instead of the tilt";
-    Twist(i: u32), "scene.loading.steps[i].twist", "step[i]_twist",
-        Number(Angle), "twist of the punch about the z axis";
-    MomentZ(i: u32), "scene.loading.steps[i].moment_z", "step[i]_moment_z",
-        Number(Moment), "moment about z that is prescribed instead of the twist";
-    Increments(i: u32), "scene.loading.steps[i].increments", "step[i]_increments",
-        Count, "equal parts in which the step is taken";
-    CreepageX(i: u32), "scene.loading.steps[i].creepage_x", "step[i]_creepage_x",
-        Number(Pure), "longitudinal creepage ξ of a step that rolls, of the foundation against the punch";
-    CreepageY(i: u32), "scene.loading.steps[i].creepage_y", "step[i]_creepage_y",
-        Number(Pure), "lateral creepage η of a step that rolls, of the foundation against the punch";
-    Spin(i: u32), "scene.loading.steps[i].spin", "step[i]_spin",
-        Number(AnglePerLength), "spin φ of a step that rolls, of the foundation against the punch";
-    SpinCenter(i: u32), "scene.loading.steps[i].spin_center", "step[i]_spin_center",
-        Number(Length), "x about which the spin turns";
-    Direction(i: u32), "scene.loading.steps[i].direction", "step[i]_direction",
-        Choice(&["forward", "backward"]), "way that a contact rolls, towards +x or −x";
-    Distance(i: u32), "scene.loading.steps[i].distance", "step[i]_distance",
-        Number(Length), "distance that a step rolls from the state before it";
-    Dq(i: u32), "scene.loading.steps[i].dq", "step[i]_dq",
-        Number(Length), "distance that the contact rolls in an increment; beside a distance the longest one, while `increment_distance` is what an increment has rolled";
-    Steady(i: u32), "scene.loading.steps[i].steady", "step[i]_steady",
-        Flag, "whether a step is the steady state of rolling";
-    CycleFrom, "scene.loading.cycle_from", "cycle_from",
-        Count, "index of the step with which a cycle begins";
-    Cycles, "scene.loading.cycles", "cycles", Count, "how often the cycle is run through";
-    InteriorMaximum, "interior.maximum", "interior_maximum",
-        Flag, "whether the largest von Mises and Tresca stresses below the surface are sought";
-    InteriorDepth, "interior.depth", "interior_depth",
-        Number(Length), "depth of a plane below the surface on which stresses are computed";
-    InteriorDepths, "interior.depths", "interior_depths",
-        Lengths, "depths of planes below the surface on which stresses are computed";
-    InteriorPoints, "interior.points", "interior_points",
-        Places, "points below the surface at which the stress is computed";
-    Mesh, "numerics.mesh", "mesh", Quantity::Mesh, "elements across Ω";
-    Projection, "numerics.projection", "projection",
-        Choice(&["average", "midpoint"]), "how the continuous operator becomes a matrix";
-    Epsilon, "numerics.epsilon", "epsilon", Number(Pure), "regularisation ε of equation (3)";
-    Ceiling, "numerics.ceiling", "ceiling",
-        Number(Pressure), "a-priori ceiling u on the pressure in equation (3)";
-    Method, "numerics.method", "method", Choice(&["auto", "newton", "seidel"]), "solver";
-    Tolerance, "numerics.tolerance", "tolerance",
-        Number(Pure), "largest relative residual that counts as solved";
-    MaxIterations, "numerics.max_iterations", "max_iterations",
-        Count, "iterations after which the solver gives up";
-    Simulate, "numerics.simulate", "simulate",
-        Effects, "effects that are simulated although the scene does not call for them";
-    Starts, "search.starts", "starts", Count, "random starts of a search";
-    Seed, "search.seed", "seed", Count, "seed of the random starts";
-}
+pub use list::Key;
 
 impl Key {
     /// Returns every key of a scene, in the order of the fields. `length` gives the lengths of its
@@ -423,32 +196,74 @@ impl Key {
 pub(crate) struct Table {
     pub(crate) pattern: &'static str,
     column: &'static str,
+    /// The meaning in words.
+    pub(crate) meaning: &'static str,
     index: u32,
 }
 
-const fn table(pattern: &'static str, column: &'static str) -> Table {
-    Table { pattern, column, index: 0 }
+const fn table(pattern: &'static str, column: &'static str, meaning: &'static str) -> Table {
+    Table { pattern, column, meaning, index: 0 }
 }
 
 impl Table {
     /// Every such table, the outer ones first; tables of lists have index 0.
     pub(crate) const ALL: &'static [Table] = &[
-        table("scene", "scene"),
-        table("scene.foundation", "foundation"),
-        table("scene.foundation.layers", "layers"),
-        table("scene.foundation.layers[i]", "layer[i]"),
-        table("scene.foundation.base", "base"),
-        table("scene.punch", "punch"),
-        table("scene.punch.material", "punch_material"),
-        table("scene.friction", "friction"),
-        table("scene.wear", "wear"),
-        table("scene.domain", "domain"),
-        table("scene.loading", "loading"),
-        table("scene.loading.steps", "steps"),
-        table("scene.loading.steps[i]", "step[i]"),
-        table("interior", "interior"),
-        table("numerics", "numerics"),
-        table("search", "search"),
+        table(
+            "scene",
+            "scene",
+            "one case: two bodies, the friction between them, and the path along which one is moved",
+        ),
+        table(
+            "scene.foundation",
+            "foundation",
+            "body below the plane of contact: layers on a base",
+        ),
+        table(
+            "scene.foundation.layers",
+            "layers",
+            "layers from the surface down, bonded to each other and to the base",
+        ),
+        table(
+            "scene.foundation.layers[i]",
+            "layer[i]",
+            "a layer; the first one, `[0]`, is at the surface",
+        ),
+        table("scene.foundation.base", "base", "elastic half-space below the layers, or \"rigid\""),
+        table("scene.punch", "punch", "body that is pressed onto the foundation, and its shape"),
+        table(
+            "scene.punch.material",
+            "punch_material",
+            "material of an elastic punch; without it the punch is rigid",
+        ),
+        table(
+            "scene.friction",
+            "friction",
+            "Coulomb friction between the bodies; without it there is none",
+        ),
+        table("scene.wear", "wear", "wear by Archard's law; without it nothing is worn away"),
+        table(
+            "scene.domain",
+            "domain",
+            "rectangle Ω that is meshed; without it the punch and its approach choose it",
+        ),
+        table("scene.loading", "loading", "path along which the punch is moved"),
+        table("scene.loading.steps", "steps", "load steps, one after the other"),
+        table(
+            "scene.loading.steps[i]",
+            "step[i]",
+            "a load step: where each motion or force ends; what is not given stays",
+        ),
+        table(
+            "interior",
+            "interior",
+            "stresses below the surface that are wanted at the end of the path",
+        ),
+        table("numerics", "numerics", "mesh and solver"),
+        table(
+            "search",
+            "search",
+            "extent of a search for all solutions, or for the end of a uniqueness set",
+        ),
     ];
 
     fn has_index(&self) -> bool {
@@ -542,7 +357,7 @@ impl Table {
         let key = Key::find(self.pattern).map(|key| key.quantity());
         let names = self.names().join("`, `");
         match key {
-            Some(quantity @ List(_)) => quantity.expected(),
+            Some(quantity @ Quantity::List(_)) => quantity.expected(),
             Some(quantity) => format!("{} or a table with the keys `{names}`", quantity.expected()),
             None => format!("a table with the keys `{names}`"),
         }

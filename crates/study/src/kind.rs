@@ -27,6 +27,7 @@ use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::Key;
 use crate::sheet::{Sheet, SurfaceNames, TablePlaces};
+use crate::table_key::KeyTable;
 
 use spec::KindSpec;
 pub(crate) use spec::KindTable;
@@ -58,6 +59,16 @@ impl Kind {
         Kind::Multiplicity,
         Kind::Sensitivity,
         Kind::Uniqueness,
+    ];
+
+    /// The names by which a study file calls them.
+    pub(crate) const NAMES: &'static [&'static str] = &[
+        solve::SPEC.name,
+        convergence::SPEC.name,
+        cost::SPEC.name,
+        multiplicity::SPEC.name,
+        sensitivity::SPEC.name,
+        uniqueness::SPEC.name,
     ];
 
     /// Returns everything that is known of the kind.
@@ -106,9 +117,14 @@ impl Kind {
         self.spec().has_accuracy
     }
 
-    /// Returns the names of the tables that only some kinds have.
-    pub(crate) fn table_names() -> impl Iterator<Item = &'static str> {
-        Kind::ALL.iter().filter_map(|kind| Some(kind.spec().table.as_ref()?.name))
+    /// Returns the tables that only some kinds have.
+    pub(crate) fn tables() -> impl Iterator<Item = KeyTable> {
+        Kind::ALL.iter().filter_map(|kind| Some(kind.spec().table.as_ref()?.table))
+    }
+
+    /// Tells why the jobs of this kind have no use for a key; `None` if they have.
+    pub(crate) fn refusal(self, key: Key) -> Option<&'static str> {
+        (self.spec().refuses)(key)
     }
 
     /// Reads the table of this kind from the `root` of a study, and refuses those of other kinds.
@@ -121,11 +137,11 @@ impl Kind {
         let mut read = KindTable::default();
         for kind in Kind::ALL {
             let Some(table) = &kind.spec().table else { continue };
-            let node = root.get(table.name);
+            let node = root.get(table.table.path);
             if *kind == self {
                 read = table.read(node, groups, mistakes);
             } else if let Some(node) = node {
-                let (name, kind) = (table.name, kind.name());
+                let (name, kind) = (table.table.path, kind.name());
                 let message = format!("only a study of kind \"{kind}\" has `[{name}]`");
                 let mistake = Mistake::new(node.span(), message, "leave this out");
                 mistakes.push(mistake.help(table.advice));
@@ -143,7 +159,7 @@ impl Kind {
         mistakes: &mut Vec<Mistake>,
     ) {
         if let Some(spec) = &self.spec().table {
-            spec.read_columns(root.get(spec.name), columns, table, mistakes);
+            spec.read_columns(root.get(spec.table.path), columns, table, mistakes);
         }
     }
 

@@ -6,10 +6,12 @@ use toml::de::{DeTable, DeValue};
 use crate::adaptive::{self, Adaptive};
 use crate::assemble::HEIGHT_MAP;
 use crate::axis::{self, Group, MAX_POINTS};
+use crate::bounds::{ANY, inside};
 use crate::columns;
 use crate::derivation::{self, Derivation};
 use crate::error::{Mistake, StudyError, are_enough};
 use crate::exclusion::{self, Exclusion};
+use crate::fallback::Fallback::{self, Follows, Needed};
 use crate::figure;
 use crate::job::Job;
 use crate::key::{Key, Table};
@@ -25,18 +27,74 @@ use crate::study::{Study, of_sample};
 use crate::study_files::{ReadFile, StudyFiles};
 use crate::suggestion::{nearest, standing_elsewhere};
 use crate::sweep::JoinedBlocks;
+use crate::table_key::{KeyTable, NAME, PART, TEXT, TableValue, table_key};
 use crate::units::Dimension;
 use crate::{accuracy, sample, sweep};
 
-/// The names at the top of a study before those of the tables of kinds.
-const KEYS: &[&str] = &[
-    "name", "question", "kind", "accuracy", "scene", "interior", "numerics", "search", "points",
-    "sweep", "sample", "derive", "exclude", "keep", "refine", "bisect", "find", "fill",
-];
+/// The keys at the top of a study that are no tables.
+pub(crate) const TOP: KeyTable = KeyTable {
+    path: "",
+    is_list: false,
+    meaning: "the top of the file",
+    keys: &[
+        table_key("name", NAME, ANY, Needed, "\"stick-zone\"", "name under which results are kept"),
+        table_key(
+            "question",
+            TEXT,
+            ANY,
+            Follows("no question"),
+            "\"How large is the zone that sticks?\"",
+            "question that the study answers, the title of its figures",
+        ),
+        table_key(
+            "kind",
+            TableValue::Word(Kind::NAMES),
+            ANY,
+            Fallback::Word(Kind::NAMES[0]),
+            "\"uniqueness\"",
+            "what is asked about each point",
+        ),
+        table_key(
+            "accuracy",
+            PART,
+            inside(0.0, 1.0),
+            Follows("`numerics.mesh` must be given"),
+            "\"0.1%\"",
+            "accuracy that each point is to have, in place of a mesh; as a table `[accuracy]` with \
+             more to say",
+        ),
+    ],
+};
+
+/// Returns the tables of a study file beside those of the scene and its numerics. Those at the top
+/// of the file are in the order in which messages list them.
+pub(crate) fn tables() -> Vec<KeyTable> {
+    let before_kinds = [
+        accuracy::TABLE,
+        points_file::TABLE,
+        sweep::TABLE,
+        sweep::ZIP,
+        sweep::RANGE,
+        sample::TABLE,
+        sample::DRAWN,
+        sample::DISTRIBUTION,
+        derivation::TABLE,
+    ];
+    let rules = adaptive::TABLES.into_iter().copied();
+    let tables = before_kinds.into_iter().chain(exclusion::TABLES).chain(rules);
+    tables.chain(Kind::tables()).chain([figure::TABLE]).collect()
+}
 
 /// Returns the names that may stand at the top of a study.
 fn names() -> Vec<&'static str> {
-    KEYS.iter().copied().chain(Kind::table_names()).chain(["figure"]).collect()
+    let mut names = TOP.names();
+    let of_scene = Table::ALL.iter().map(|table| table.pattern);
+    for path in of_scene.chain(tables().into_iter().map(|table| table.path)) {
+        if !path.contains('.') && !names.contains(&path) {
+            names.push(path);
+        }
+    }
+    names
 }
 
 impl Study {
@@ -515,12 +573,11 @@ fn read_kind(root: &DeTable<'_>, mistakes: &mut Vec<Mistake>) -> Kind {
         return Kind::default();
     };
     Kind::find(&name).unwrap_or_else(|| {
-        let names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
         let mistake = |expected: &str| {
             Mistake::new(node.span(), format!("unknown kind of study `{name}`"), expected)
         };
-        let listed = format!("must be {}", one_of(&names));
-        mistakes.push(match nearest(&name, names.iter().copied()) {
+        let listed = format!("must be {}", one_of(Kind::NAMES));
+        mistakes.push(match nearest(&name, Kind::NAMES.iter().copied()) {
             Some(suggestion) => mistake(&format!("did you mean \"{suggestion}\"?")).help(listed),
             None => mistake(&listed),
         });

@@ -20,7 +20,9 @@ use toml::de::DeValue;
 use contact::model::Mesh;
 
 use crate::axis::{Choice, Group, MAX_AXES, MAX_POINTS, SweepAxis, Target};
+use crate::bounds::{ANY, from};
 use crate::error::{Mistake, Span};
+use crate::fallback::Fallback::{Follows, Needed};
 use crate::file_fault::{FileFaults, FilePlace};
 use crate::file_text::decode_text;
 use crate::key::{Key, Table};
@@ -29,11 +31,27 @@ use crate::read::{self, Node};
 use crate::sheet::Setting;
 use crate::study_files::{ReadFile, StudyFiles};
 use crate::suggestion::nearest_path;
+use crate::table_key::{KeyTable, TEXT, TableValue, table_key};
 use crate::table_text::{TextRow, read_rows};
 use crate::units::{Dimension, LengthUnit, leading_number, quantity, unit_value};
 
-/// The keys of `[points]`.
-const KEYS: &[&str] = &["file", "columns"];
+/// The table.
+pub(crate) const TABLE: KeyTable = KeyTable {
+    path: "points",
+    is_list: false,
+    meaning: "points that a file lists: a table as CSV, whose heads are keys",
+    keys: &[
+        table_key("file", TEXT, ANY, Needed, "\"points.csv\"", "file, beside the study"),
+        table_key(
+            "columns",
+            TableValue::Other("a list of heads"),
+            from(1.0),
+            Follows("all that are keys"),
+            "[\"mu\"]",
+            "columns of the file that count",
+        ),
+    ],
+};
 
 /// The largest number of values that a file of points may give.
 const MAX_VALUES: usize = 2_000_000;
@@ -80,7 +98,7 @@ pub(crate) fn read_points(
         return None;
     };
     let before = mistakes.len();
-    read::refuse_unknown(table, "`[points]`", KEYS, mistakes);
+    read::refuse_unknown(table, "`[points]`", &TABLE.names(), mistakes);
     let wanted = table.get("columns").map(|node| match node.get_ref() {
         DeValue::Array(names) if !names.is_empty() => {
             names.iter().map(|name| read::text("points.columns", name)).collect()

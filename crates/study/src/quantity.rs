@@ -84,6 +84,28 @@ impl Quantity {
         }
     }
 
+    /// Describes the values in a few words with their article, without an example.
+    pub(crate) fn noun(self) -> String {
+        match self {
+            Quantity::Number(Dimension::Pure) => "a number".to_owned(),
+            Quantity::Number(dimension) => dimension.noun().to_owned(),
+            Quantity::Mesh => "a whole number, or a pair like [64, 32], each".to_owned(),
+            Quantity::LengthUnit => "a unit of length".to_owned(),
+            Quantity::Effects => "a list of effects".to_owned(),
+            Quantity::Lengths => "a list of lengths".to_owned(),
+            Quantity::Places => "a list of points [x, y, z]".to_owned(),
+            Quantity::List(_) => "a list of tables".to_owned(),
+            Quantity::Count | Quantity::Choice(_) | Quantity::Flag | Quantity::Text => {
+                self.expected()
+            }
+        }
+    }
+
+    /// Returns whether it is a list, so that its entries are counted.
+    pub(crate) fn is_counted(self) -> bool {
+        matches!(self, Quantity::Effects | Quantity::Lengths | Quantity::Places | Quantity::List(_))
+    }
+
     /// Returns the kind of the values. A mesh that is a pair is a text in tables.
     pub(crate) fn values(self) -> ValueType {
         match self {

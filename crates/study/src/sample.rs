@@ -30,23 +30,74 @@ use std::collections::HashMap;
 use toml::de::{DeTable, DeValue};
 
 use crate::axis::{Group, MAX_POINTS, SweepAxis, Target};
+use crate::bounds::{ANY, from};
 use crate::design::{Design, MOST_DIMENSIONS, SamplingMethod};
 use crate::error::{Mistake, are_enough};
+use crate::fallback::Fallback::{self, Needed};
 use crate::key::{Key, Table};
 use crate::quantity::one_of;
 use crate::read::{self, Name, Node, entries};
 use crate::suggestion::{nearest, nearest_path};
 use crate::sweep::refuse_repeats;
+use crate::table_key::{ANY_KEY, KeyTable, TableValue, table_key};
 
 mod drawn;
 mod measured;
 mod numbers;
 
+pub(crate) use drawn::{DISTRIBUTION, is_drawable};
 use drawn::{DrawnValues, is_distribution, read_drawn, unknown_word};
 use measured::MeasuredColumns;
 pub(crate) use measured::ReadColumn;
 
-const KEYS: &[&str] = &["method", "count", "seed", "keys"];
+/// The table.
+pub(crate) const TABLE: KeyTable = KeyTable {
+    path: "sample",
+    is_list: false,
+    meaning: "points that are drawn, all keys at once for each",
+    keys: &[
+        table_key(
+            "method",
+            TableValue::Word(&SamplingMethod::NAMES),
+            ANY,
+            Needed,
+            "\"sobol\"",
+            "way in which points are spread",
+        ),
+        table_key("count", TableValue::Count, from(1.0), Needed, "256", "points, or rows of them"),
+        table_key(
+            "seed",
+            TableValue::Count,
+            ANY,
+            Fallback::Count(0),
+            "1",
+            "choice of another sample of the same kind",
+        ),
+        table_key(
+            "keys",
+            TableValue::Other("a table with a line for each key"),
+            ANY,
+            Needed,
+            "{ \"friction.mu\" = { from = 0.1, to = 0.5 } }",
+            "keys that are drawn",
+        ),
+    ],
+};
+
+/// The table of what is drawn.
+pub(crate) const DRAWN: KeyTable = KeyTable {
+    path: "sample.keys",
+    is_list: false,
+    meaning: "the keys that are drawn, a line for each",
+    keys: &[table_key(
+        ANY_KEY,
+        TableValue::Other("a distribution"),
+        ANY,
+        Needed,
+        "{ from = 0.1, to = 0.5 }",
+        "how the values of the key at this path are drawn",
+    )],
+};
 
 /// Reads `[sample]` into a group whose steps are the points of a design.
 pub(crate) fn read_sample(
@@ -55,7 +106,7 @@ pub(crate) fn read_sample(
     mistakes: &mut Vec<Mistake>,
 ) -> Option<Group> {
     let DeValue::Table(table) = node.get_ref() else {
-        let expected = format!("a table with the keys `{}`", KEYS.join("`, `"));
+        let expected = format!("a table with the keys `{}`", TABLE.names().join("`, `"));
         mistakes.push(read::mistyped("sample", node, &expected));
         return None;
     };
@@ -90,13 +141,14 @@ pub(crate) fn read_sample(
 
 /// Notes the names in `[sample]` that mean nothing there.
 fn refuse_unknown(table: &DeTable<'_>, mistakes: &mut Vec<Mistake>) {
-    let is_unknown = |(name, _): &(&Name<'_>, _)| !KEYS.contains(&name.get_ref().as_ref());
+    let known = TABLE.names();
+    let is_unknown = |(name, _): &(&Name<'_>, _)| !known.contains(&name.get_ref().as_ref());
     for (name, _) in entries(table).into_iter().filter(is_unknown) {
         if are_enough(mistakes) {
             return;
         }
         let word = name.get_ref().as_ref();
-        let mistake = read::unknown(word, name.span(), "`[sample]`", KEYS);
+        let mistake = read::unknown(word, name.span(), "`[sample]`", &known);
         mistakes.push(match Key::find(word).is_some() || Table::find(word).is_some() {
             true => mistake.help("what is drawn stands below [sample.keys]"),
             false => mistake,
@@ -105,7 +157,7 @@ fn refuse_unknown(table: &DeTable<'_>, mistakes: &mut Vec<Mistake>) {
 }
 
 fn read_method(table: &DeTable<'_>, whole: &Node<'_>) -> Result<SamplingMethod, Mistake> {
-    let names = SamplingMethod::ALL.map(SamplingMethod::name);
+    let names = SamplingMethod::NAMES;
     let Some(node) = table.get("method") else {
         let expected = format!("needs method = \"…\", {}", one_of(&names));
         return Err(Mistake::new(whole.span(), "`sample.method` is missing", expected));

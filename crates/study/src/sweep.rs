@@ -4,11 +4,14 @@
 use toml::de::DeValue;
 
 use crate::axis::{Choice, Group, MAX_POINTS, MAX_SHARDED_POINTS, SweepAxis, Target, count};
+use crate::bounds::ANY;
 use crate::error::{Mistake, Span, are_enough};
+use crate::fallback::Fallback::{Follows, Needed};
 use crate::key::{Key, Table};
 use crate::read::{self, Name, Node, Reader, entries};
 use crate::sheet::{Given, Setting};
 use crate::suggestion::nearest_path;
+use crate::table_key::{ANY_KEY, KeyTable, TableKey, TableValue, table_key};
 use crate::value::Value;
 
 mod blocks;
@@ -21,7 +24,44 @@ pub(crate) use fit::{
     refuse_absent, refuse_alternatives, refuse_overlaps, refuse_repeats, too_many_entries,
 };
 use fit::{refuse_excess, refuse_repeated_rows};
+pub(crate) use range::RANGE;
 use range::{AxisValues, is_range, read_range};
+
+/// The table. Several blocks `[[sweep]]` have their points joined.
+pub(crate) const TABLE: KeyTable = KeyTable {
+    path: "sweep",
+    is_list: false,
+    meaning: "the axes of the study, whose values are combined in all ways; the points of several \
+              blocks `[[sweep]]` are joined",
+    keys: &[AXIS_VALUES, ZIPPED],
+};
+
+/// The table of axes that advance together.
+pub(crate) const ZIP: KeyTable = KeyTable {
+    path: "sweep.zip",
+    is_list: true,
+    meaning: "axes that advance together and count as one: each has as many values as the others",
+    keys: &[AXIS_VALUES],
+};
+
+const AXIS_VALUES: TableKey = table_key(
+    ANY_KEY,
+    TableValue::Other("a list of values, or a range"),
+    ANY,
+    Needed,
+    "[0.1, 0.3, 0.5]",
+    "values of the key or the table at this path; a table may have a `label` that names it in the \
+     results",
+);
+
+const ZIPPED: TableKey = table_key(
+    "zip",
+    TableValue::Other("a list of tables of axes"),
+    ANY,
+    Follows("each axis advances by itself"),
+    "[{ friction.mu = [0.1, 0.3], mesh = [8, 16] }]",
+    "axes that advance together",
+);
 
 /// Reads the axes of `[sweep]`.
 pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> Vec<Group> {
@@ -35,7 +75,7 @@ pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake
         return groups;
     }
     for (name, node) in entries(table) {
-        if name.get_ref() == "zip" {
+        if name.get_ref() == ZIPPED.name {
             read_zips(text, node, &mut groups, mistakes);
         } else {
             let mut axes = Vec::new();

@@ -1,5 +1,12 @@
-//! What a registry and an archive want to know of the packages of the workspace, and that all
-//! files that name the version name the same.
+//! What a registry, an archive and a packager want to know of the workspace: its packages, the one
+//! version that all files name, the manual pages, how the program is linked.
+
+#[path = "../../../build/linking.rs"]
+mod linking;
+#[path = "../../../build/packed_commit.rs"]
+mod packed_commit;
+#[path = "../../../examples/manual/pages.rs"]
+mod pages;
 
 use std::process::Command;
 
@@ -99,4 +106,93 @@ fn every_package_says_what_a_registry_asks_for() {
         }
     }
     assert_none("a registry takes every package", &lacking);
+}
+
+/// Returns the names of a command and of all below it that are shown, as pages have them.
+fn names_of(command: &clap::Command, above: &str, names: &mut Vec<String>) {
+    let name = format!("{above}{}", command.get_name());
+    let shown = command.get_subcommands().filter(|below| !below.is_hide_set());
+    shown.for_each(|below| names_of(below, &format!("{name}-"), names));
+    names.push(name);
+}
+
+#[test]
+fn every_command_that_is_shown_has_a_manual_page() {
+    let usage = tribosweep::usage();
+    let mut names = Vec::new();
+    names_of(&usage, "", &mut names);
+    let pages = pages::pages(usage).unwrap();
+    let files: Vec<&str> = pages.iter().map(|page| page.file.as_str()).collect();
+    let wanted: Vec<String> = names.iter().map(|name| format!("{name}.1")).collect();
+    assert_eq!(files, wanted);
+    assert!(files.contains(&"tribosweep-store-merge.1") && !files.contains(&"tribosweep-worker.1"));
+    let mut lacking = Vec::new();
+    for (page, name) in pages.iter().zip(&names) {
+        let text = String::from_utf8(page.text.clone()).unwrap();
+        let title = format!(".TH {name} 1");
+        let command = name.replace('-', " ");
+        for part in [title.as_str(), ".SH SYNOPSIS", &format!("\\fB{command}\\fR"), ".SH OPTIONS"] {
+            if !text.contains(part) {
+                lacking.push(format!("{} has no `{part}`", page.file));
+            }
+        }
+        if text.contains(".SH EXTRA") {
+            lacking.push(format!("{} has examples without a heading", page.file));
+        }
+    }
+    assert_none("a manual page has all its parts", &lacking);
+    let run = pages.iter().find(|page| page.file == "tribosweep-run.1").unwrap();
+    let run = String::from_utf8_lossy(&run.text);
+    assert!(
+        run.contains(".SH EXAMPLES") && run.contains(".SH NOTES") && run.contains("\\-\\-until")
+    );
+}
+
+#[test]
+fn a_packager_can_leave_the_addresses_to_the_linker() {
+    let gnu = ["x86_64", "linux", "gnu"];
+    let argument = |target, variable| linking::linker_argument(target, variable);
+    assert_eq!(["", "0"].map(|off| argument(gnu, off)), [Some("-no-pie"); 2]);
+    assert_eq!(["1", "yes"].map(|on| argument(gnu, on)), [None; 2]);
+    for other in [["x86_64", "linux", "musl"], ["aarch64", "linux", "gnu"], ["", "", ""]] {
+        assert_eq!(argument(other, ""), None, "{other:?}");
+    }
+    let guide = read("docs/book/src/packaging.md");
+    assert!(guide.contains(&format!("{}=1", linking::VARIABLE)));
+    assert!(read("build.rs").contains("rerun-if-env-changed"));
+}
+
+#[test]
+fn the_commit_of_a_package_is_the_one_that_cargo_noted() {
+    let commit = "0123456789abcdef0123456789abcdef01234567";
+    let note = |more: &str| {
+        format!(
+            "{{\n  \"git\": {{\n    \"sha1\": \"{commit}\"{more}\n  }},\n  \"path_in_vcs\": \"\"\n}}"
+        )
+    };
+    let found = |text: &str| packed_commit::packed_commit(text);
+    assert_eq!(found(&note("")), Some((commit.to_owned(), "false")));
+    assert_eq!(found(&note(",\n    \"dirty\": true")), Some((commit.to_owned(), "true")));
+    assert_eq!(found("{}"), None);
+    assert_eq!(found("{\"git\": {\"sha1\": \"no commit\"}}"), None);
+}
+
+#[test]
+fn the_script_for_releases_says_which_tools_are_missing() {
+    // The file that is called by that name may be a script that needs others.
+    let found = Command::new("python3").args(["-c", "import sys; print(sys.executable)"]).output();
+    let Some(found) = found.ok().filter(|output| output.status.success()) else {
+        return crate::place::skip("there is no python3");
+    };
+    let python = String::from_utf8(found.stdout).unwrap();
+    let tools = tempfile::tempdir().unwrap();
+    let done = Command::new(python.trim())
+        .arg(root().join("scripts/package"))
+        .env("PATH", tools.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8(done.stderr).unwrap();
+    assert_eq!(done.status.code(), Some(1), "{said}");
+    assert!(said.starts_with("error: not on the PATH: cargo (the Rust toolchain, "), "{said}");
+    assert!(said.contains("strip (binutils)") && said.lines().count() == 1, "{said}");
 }

@@ -7,10 +7,11 @@
 //! - for forces, moments and motions, the larger of 1.5 d/(r − 1) and ½ D² h/a, and of 0.3 T² h/a
 //!   too for those that tangential tractions take part in. The factor 1.5 becomes 2 where the
 //!   contact reaches the edge of its sole: there they are of first order only and, with the
-//!   staircase of a disk, irregular. In steady rolling by a distance q, 0.6 q/a times the root of
-//!   the share of the contact that sticks is the least for those that tangential tractions take
-//!   part in, because slip is a difference over q, of first order too, and goes up and down with
-//!   the front;
+//!   staircase of a disk, irregular. In steady rolling by an element q of the mesh, 0.6 q/a times
+//!   the root of the share of the contact that sticks is the least for those that tangential
+//!   tractions take part in, because slip is a difference over q, of first order too, and goes up
+//!   and down with the front. Where q is given, and less than an element h, it is h − q in this:
+//!   the mesh does not see where within an element the material is;
 //! - for the largest pressure, the larger of d/(r − 1) and 0.2 D²;
 //! - for areas, the larger of d/(r − 1) and 0.4 of the elements at the rim, for an area is counted
 //!   in whole elements. Where all up to the edge of the sole sticks, that is a rim too, for a ring
@@ -29,14 +30,16 @@
 //! lie, and it covers 82 of 100 errors of the load.
 //!
 //! The limit is that of ever finer meshes of the same Ω, with the same ε, ceiling and projection,
-//! along the same increments; in steady rolling q has as many elements on every mesh, and is part
-//! of what becomes finer. The estimate knows nothing of the changes by ε, the ceiling, an Ω
-//! that is too small or increments that are too large.
+//! along the same increments. In steady rolling by a given distance q it has the same q, which the
+//! coarser grid rolls too; where none is given, q is an element of every mesh, and part of what
+//! becomes finer. The estimate knows nothing of the changes by ε, the ceiling, an Ω that is too
+//! small or increments that are too large.
 
 use super::errors::Errors;
 use crate::model::{
     Estimate, Fields, FigureErrors, Numerics, Rolling, Scene, Shape, State, StepOutcome,
 };
+use crate::problem::LEAST_DISTANCE;
 
 /// The number of elements along a side with less than which there is no estimate.
 pub(crate) const FEWEST: u32 = 4;
@@ -50,8 +53,19 @@ pub(crate) fn coarser(elements: [u32; 2]) -> Option<[u32; 2]> {
     elements.iter().all(|n| *n >= FEWEST).then(|| elements.map(|n| n.div_ceil(2)))
 }
 
-/// The factor of the rolled distance over the radius of the contact by which a force is off at
-/// most, where all sticks. Under spheres it was 0.1 to 0.5.
+/// Returns the distance that a coarser grid with elements of length `coarse` along x rolls steadily,
+/// where the grid that was asked for, with elements of length `fine`, rolls by the given `distance`.
+/// The grid to compare with rolls the same. A mesh does not see distances below a tenth of its
+/// elements, though, and has a tenth of them in their place: from less than two tenths of an
+/// element on both grids the difference of the distances is small next to that of the elements.
+/// Still coarser grids roll as many elements as the grid to compare with.
+pub(crate) fn coarser_distance(distance: f64, fine: f64, coarse: f64) -> f64 {
+    let share = (coarse / (2.0 * fine)).max(1.0);
+    (share * distance).max(LEAST_DISTANCE * coarse)
+}
+
+/// The factor of the rolled distance, or of what an element has more than it, over the radius of
+/// the contact by which a force is off at most, where all sticks. Under spheres it was 0.1 to 0.6.
 const LAG: f64 = 0.6;
 
 /// The solution of a path.
@@ -73,9 +87,9 @@ pub(crate) fn estimate(
     let (end, coarse_end) = (steps.last()?, coarse.steps.last()?);
     let mut leg = *scene.loading.legs().last()?;
     let steadily = leg.rolling.filter(|_| leg.is_steady());
-    let distance = steadily.map(|rolling| rolling.dq.unwrap_or(fields.element[0]));
-    // The coarser grid rolls steadily by as many of its own elements, and along a path as far.
-    let dq = (!leg.is_steady()).then_some(end.observables.element_x);
+    let unseen = steadily.map(|rolling| fields.element[0] - rolling.dq.unwrap_or(0.0));
+    // The coarser grid rolls by an element of its own, or as far.
+    let dq = steadily.map_or(Some(end.observables.element_x), |rolling| rolling.dq);
     leg.rolling = leg.rolling.map(|rolling| Rolling { dq, ..rolling });
     let difference =
         Errors::against_solution(coarse_end, coarse.fields, end, fields, &leg)?.figures;
@@ -94,7 +108,7 @@ pub(crate) fn estimate(
     let radius = (contact / std::f64::consts::PI).sqrt();
     let energy = 0.5 * size(fields) / radius;
     let sticking = (end.observables.stick_area / contact).sqrt();
-    let lag = distance.map_or(0.0, |distance| LAG * distance / radius * sticking);
+    let lag = unseen.map_or(0.0, |unseen| LAG * unseen.max(0.0) / radius * sticking);
     let is_at_edge = reaches_an_edge(fields);
     let order = if is_at_edge { 2.0 } else { 1.5 };
     let along = |difference: Option<f64>| bound(difference, order, energy * normal);

@@ -161,7 +161,7 @@ mod tests {
             for projection in [Projection::Average, Projection::Midpoint] {
                 let still = InfluenceTable::new(&grid, bodies(), projection);
                 for distance in [0.3, -0.3, 0.075, 0.85, -0.03] {
-                    let rolled = still.rolled(bodies(), projection, distance);
+                    let rolled = still.rolled_of(bodies(), projection, distance);
                     let tables = RollingTables { still: &still, rolled: &rolled };
                     for components in [Components::ALL, Components::TANGENTIAL, Components::X] {
                         let mut p = wave(components.len() * grid.len());
@@ -191,7 +191,7 @@ mod tests {
     fn on_a_part_it_is_that_of_the_whole_on_symmetric_fields() {
         let grid = Grid::new(9, 12, 0.3, 0.2, [0.0, -1.1]).unwrap();
         let still = InfluenceTable::new(&grid, bodies(), Projection::Midpoint);
-        let rolled = still.rolled(bodies(), Projection::Midpoint, 0.2);
+        let rolled = still.rolled_of(bodies(), Projection::Midpoint, 0.2);
         let tables = RollingTables { still: &still, rolled: &rolled };
         for y in [Symmetry::Symmetric, Symmetry::Antisymmetric] {
             let mirror = Mirror { x: None, y: Some(y) };
@@ -217,7 +217,7 @@ mod tests {
     fn same_bytes_on_any_number_of_threads() {
         let grid = Grid::new(33, 20, 0.3, 0.2, [0.0, -1.9]).unwrap();
         let still = InfluenceTable::new(&grid, bodies(), Projection::Average);
-        let rolled = still.rolled(bodies(), Projection::Average, 0.1);
+        let rolled = still.rolled_of(bodies(), Projection::Average, 0.1);
         let tables = RollingTables { still: &still, rolled: &rolled };
         for mirror in [Mirror::NONE, Mirror { x: None, y: Some(Symmetry::Symmetric) }] {
             let operator = RollingToeplitz::of(tables, Components::ALL, mirror);
@@ -237,7 +237,7 @@ mod tests {
     fn on_a_window_it_is_the_same() {
         let grid = Grid::new(14, 12, 0.3, 0.2, [0.0; 2]).unwrap();
         let still = InfluenceTable::new(&grid, bodies(), Projection::Average);
-        let rolled = still.rolled(bodies(), Projection::Average, -0.3);
+        let rolled = still.rolled_of(bodies(), Projection::Average, -0.3);
         let tables = RollingTables { still: &still, rolled: &rolled };
         let size = [6, 5];
         let part = RollingToeplitz::within(tables, Components::ALL, Mirror::NONE, size);

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::components::{Components, Direction, Entry};
-use crate::foundation::{Bodies, Coefficient};
+use crate::foundation::{Bodies, Coefficient, Kernels};
 use crate::grid::Grid;
 use crate::model::Projection;
 
@@ -79,29 +79,40 @@ impl InfluenceTable {
         Self { grid: grid.clone(), components, rows }
     }
 
+    /// Returns the kernels of `bodies`, for distances up to those between the elements of this grid
+    /// and the places that lie `distance` ahead of them along x, in the grid's unit.
+    pub(crate) fn kernels_ahead(&self, bodies: impl Into<Bodies>, distance: f64) -> Kernels {
+        let (nx, ny) = (self.grid.nx() as f64, self.grid.ny() as f64);
+        let (hx, hy) = (self.grid.hx(), self.grid.hy());
+        bodies.into().kernels(((nx + whole(distance / hx).abs()) * hx).hypot(ny * hy))
+    }
+
     /// Computes the coefficients of what rolls by `distance` along x, in the grid's unit: the
     /// displacement of the receiver minus that of the point so far ahead of it, per unit traction
-    /// on the source. They have the symmetries in Δj of this table's, and none in Δi. `bodies` and
-    /// `projection` are those of this table.
-    pub(crate) fn rolled(
-        &self,
-        bodies: impl Into<Bodies>,
-        projection: Projection,
-        distance: f64,
-    ) -> Self {
+    /// on the source. They have the symmetries in Δj of this table's, and none in Δi. The
+    /// [kernels](Self::kernels_ahead) are those of this table's bodies, and `projection` is its
+    /// own. A point ahead by whole elements is the centre of one, whose coefficients are known.
+    pub(crate) fn rolled(&self, kernels: &Kernels, projection: Projection, distance: f64) -> Self {
         let (nx, ny) = (self.grid.nx(), self.grid.ny());
         let (hx, hy) = (self.grid.hx(), self.grid.hy());
         let ahead = whole(distance / hx);
-        let reach = ((nx as f64 + ahead.abs()) * hx).hypot(ny as f64 * hy);
-        let kernels = bodies.into().kernels(reach);
         let width = 2 * nx - 1;
         let middle = (nx - 1) as f64;
+        let known = |column: usize| -> Option<usize> {
+            let there = column as f64 + ahead;
+            let is_known = ahead.fract() == 0.0 && (0.0..width as f64).contains(&there);
+            is_known.then_some(there as usize)
+        };
         let there: Vec<Coefficient> = (0..width * ny)
             .into_par_iter()
             .with_min_len(nx)
             .map(|index| {
-                let [di, dj] = [index % width, index / width].map(|count| count as f64);
-                kernels.influence([di - middle + ahead, dj], hx, hy, projection)
+                let (column, row) = (index % width, index / width);
+                if known(column).is_some() {
+                    return Coefficient::default();
+                }
+                let offset = [column as f64 - middle + ahead, row as f64];
+                kernels.influence(offset, hx, hy, projection)
             })
             .collect();
         let rows = Entry::ALL.map(|entry| {
@@ -111,8 +122,12 @@ impl InfluenceTable {
             values.par_chunks_exact_mut(width).enumerate().for_each(|(index, row)| {
                 let dj = (index + ny).abs_diff(stored);
                 let sign = if entry.odd_in_y() && index + ny < stored { -1.0 } else { 1.0 };
-                for (value, there) in row.iter_mut().zip(&there[dj * width..]) {
-                    *value -= sign * entry.value(there);
+                let of_table = &here[index * width..][..width];
+                for (column, value) in row.iter_mut().enumerate() {
+                    *value -= match known(column) {
+                        Some(there) => of_table[there],
+                        None => sign * entry.value(&there[dj * width + column]),
+                    };
                 }
             });
             values
@@ -258,6 +273,19 @@ impl InfluenceTable {
     }
 }
 
+#[cfg(test)]
+impl InfluenceTable {
+    /// Computes the coefficients of what [rolls](Self::rolled) over these bodies.
+    pub(super) fn rolled_of(
+        &self,
+        bodies: impl Into<Bodies>,
+        projection: Projection,
+        distance: f64,
+    ) -> Self {
+        self.rolled(&self.kernels_ahead(bodies, distance), projection, distance)
+    }
+}
+
 /// Returns a number of elements, which is whole if it is so up to rounding.
 fn whole(elements: f64) -> f64 {
     const ROUNDING: f64 = 1e-12;
@@ -370,7 +398,7 @@ mod tests {
                 let table = InfluenceTable::new(&grid, &bodies, projection);
                 for ahead in [1_i64, -1, 3] {
                     // The distance is a multiple of the element up to rounding only.
-                    let rolled = table.rolled(&bodies, projection, 0.1 * 3.0 * ahead as f64);
+                    let rolled = table.rolled_of(&bodies, projection, 0.1 * 3.0 * ahead as f64);
                     for dj in 1 - ny as i64..ny as i64 {
                         for di in (1 - nx as i64).max(1 - nx as i64 - ahead)
                             ..(nx as i64).min(nx as i64 - ahead)
@@ -405,8 +433,8 @@ mod tests {
         let grid = Grid::new(6, 3, 0.3, 0.4, [0.0; 2]).unwrap();
         for projection in [Projection::Average, Projection::Midpoint] {
             let table = InfluenceTable::new(&grid, &bodies, projection);
-            let part = table.rolled(&bodies, projection, 0.06);
-            let back = table.rolled(&bodies, projection, -0.24);
+            let part = table.rolled_of(&bodies, projection, 0.06);
+            let back = table.rolled_of(&bodies, projection, -0.24);
             // The point 0.06 ahead of one element is 0.24 behind the next.
             for dj in -2..=2 {
                 for di in -5..5 {

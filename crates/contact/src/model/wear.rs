@@ -28,7 +28,7 @@ pub struct Wear {
 
 impl Wear {
     /// The largest number of cycles that one stands for.
-    const MAX_CYCLES: u32 = 1_000_000;
+    pub const MAX_CYCLES: u32 = 1_000_000;
 
     /// Returns whether the wear changes the shape that the path meets.
     pub(crate) fn changes_shape(&self) -> bool {

@@ -140,7 +140,7 @@ impl<'a> Seeker<'a> {
                 self.count(&iterate);
                 let Increment { status, mut outcome, left, .. } = certify_increment(
                     &self.problem,
-                    Certifying { elastic: &self.certifying, steady: None },
+                    Certifying { elastic: &self.certifying, steady: None, history: 0.0 },
                     &iterate,
                     &self.target,
                     &self.departure,
@@ -403,7 +403,7 @@ impl<'a> Seeker<'a> {
         let tolerance = self.numerics.tolerance.min(LOOSEST);
         let Increment { status, outcome, fields, .. } = certify_increment(
             &self.problem,
-            Certifying { elastic: &self.certifying, steady: None },
+            Certifying { elastic: &self.certifying, steady: None, history: 0.0 },
             &polished,
             &self.target,
             &self.departure,

@@ -1,10 +1,14 @@
 //! The way from a scene to a certified outcome, along the scene's loading path.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
-use super::increment::{Certifying, Departure, Increment, certify_increment, in_units};
+use super::increment::{
+    Certifying, Departure, Increment, certify_increment, in_units, largest_tangential,
+};
 use super::watched::SolvedIncrement;
 use super::wearing::{MaterialMotion, Wearing};
+use crate::assess::AheadSums;
 use crate::assess::estimate::{self, PathSolution};
 use crate::common::Cancellation;
 use crate::foundation::surface_compliance;
@@ -171,14 +175,22 @@ impl PathSetup<'_> {
     }
 
     /// Returns the way that an increment of a leg rolls on the grid of `problem`, if it rolls. On
-    /// coarser grids a path goes as far in each increment, and what is steady as many elements.
+    /// coarser grids it goes as far. Only what is steady goes an element of each grid unless it is
+    /// told how far. The grids below the one that estimates errors, which are there to begin from,
+    /// are not to roll by small parts of an element: that is hard to solve.
     fn roll(&self, leg: &Leg, problem: &Problem) -> Option<Roll> {
         let rolling = leg.rolling?;
-        let distance = rolling.dq.unwrap_or(self.element);
         let is_steady = leg.is_steady();
         let element = problem.grid.hx() * problem.scale.length;
-        let share = if is_steady { element / self.element } else { 1.0 };
-        Some(Roll { distance: distance * share, direction: rolling.direction, is_steady })
+        let distance = match rolling.dq {
+            None if is_steady => element,
+            None => self.element,
+            Some(dq) if is_steady && element > self.element => {
+                estimate::coarser_distance(dq, self.element, element)
+            }
+            Some(dq) => dq,
+        };
+        Some(Roll { distance, direction: rolling.direction, is_steady })
     }
 }
 
@@ -201,6 +213,15 @@ impl Roll {
             MaterialMotion::Transient(distance)
         }
     }
+}
+
+/// The operator and the past of an increment that is about to roll.
+#[derive(Default)]
+struct Prepared {
+    /// The operator that certifies it, if it rolls steadily with tangential tractions.
+    steady: Option<Operator>,
+    /// The relative error of the displacements that its material has had, if it comes from ahead.
+    history: f64,
 }
 
 /// One increment of a leg.
@@ -235,6 +256,10 @@ struct Path {
     /// The motion of the last increment, in the problem's units: its creepages times its distance,
     /// if it rolls.
     reached: PerDof<f64>,
+    /// The displacements A p at the end of the path so far, if it rolls on.
+    left: Vec<f64>,
+    /// The sums that certify the distance rolled last.
+    ahead: Option<AheadSums>,
     /// The end of the path so far, in SI units.
     departure: Departure,
     /// The end of the leg before, in SI units.
@@ -267,6 +292,8 @@ impl Path {
             operator,
             reached: start.motion,
             start,
+            left: Vec::new(),
+            ahead: None,
             departure,
             leg_departure,
             steps: Vec::new(),
@@ -289,7 +316,8 @@ impl Path {
             self.leg_departure = self.departure;
         }
         let roll = setup.roll(leg, &self.problem);
-        let steady = roll.and_then(|roll| self.roll(roll, operators));
+        let Prepared { steady, history } =
+            roll.map_or_else(Prepared::default, |roll| self.roll(roll, operators));
         if roll.is_none() {
             self.problem.steady = None;
         }
@@ -309,7 +337,11 @@ impl Path {
         );
         let Increment { mut status, mut outcome, mut fields, left, w } = certify_increment(
             &self.problem,
-            Certifying { elastic: &self.operator, steady: steady.as_ref() },
+            Certifying {
+                elastic: &self.operator,
+                steady: steady.as_ref().zip(self.ahead.as_mut()),
+                history,
+            },
             &iterate,
             &target,
             &self.departure,
@@ -336,47 +368,63 @@ impl Path {
         self.reached = iterate.motion;
         // Where the contact rolls on, most elements stay in the states that they are in.
         let next = setup.increments.get(self.steps.len());
-        let w = next.is_some_and(|next| next.leg.rolling.is_some()).then_some(w);
+        let rolls_on = next.is_some_and(|next| next.leg.rolling.is_some());
+        let w = rolls_on.then_some(w);
         self.start = Start { p: iterate.p, motion: iterate.motion, w };
         if roll.is_some() {
             self.count_anew();
         }
         self.problem.remember(&left, &self.start.motion);
+        self.left = if rolls_on { left } else { Vec::new() };
         status
     }
 
-    /// Prepares the next increment for rolling. Returns the operator that certifies it, if it is a
-    /// steady one with tangential tractions.
-    fn roll(&mut self, roll: Roll, operators: &mut Operators) -> Option<Operator> {
+    /// Prepares the next increment for rolling.
+    fn roll(&mut self, roll: Roll, operators: &mut Operators) -> Prepared {
         // A path that begins by rolling has the creepages of a coarser grid to begin with.
         if !self.steps.is_empty() {
             self.count_anew();
         }
         let distance = roll.direction.sign() * roll.distance / self.problem.scale.length;
         let components = self.operator.influence.components();
-        let mut rolling = || {
+        let mut before = vec![0.0; self.start.p.len()];
+        let mut prepared = Prepared::default();
+        let has_past = roll.is_steady || !self.steps.is_empty();
+        if components != Components::NORMAL && has_past {
             self.problem.steady = Some(distance);
             let without_mirror = self
                 .problem
                 .reduced(components, Mirror::NONE, None)
                 .expect("without a mirror plane there is nothing to refuse");
-            operators.of(&without_mirror)
-        };
-        let mut before = vec![0.0; self.start.p.len()];
-        let mut steady = None;
-        if components != Components::NORMAL && roll.is_steady {
-            steady = Some(rolling());
-        } else if components != Components::NORMAL && !self.steps.is_empty() {
-            // The material was ahead of where it is, under the tractions that the path has left.
-            let (rolling, p) = (rolling(), &self.start.p);
-            let mut rolled = before.clone();
-            self.operator.apply(&mut before, p, &mut self.operator.scratch());
-            rolling.apply(&mut rolled, p, &mut rolling.scratch());
-            before.iter_mut().zip(rolled).for_each(|(before, rolled)| *before -= rolled);
+            let rolling = operators.of(&without_mirror);
+            let kept = self.ahead.take().filter(|ahead| ahead.distance() == distance);
+            let mut ahead = kept.or_else(|| {
+                let kernels = Arc::clone(&rolling.rolled.as_ref()?.kernels);
+                Some(AheadSums::new(kernels, self.problem.projection, distance))
+            });
+            if roll.is_steady {
+                prepared.steady = Some(rolling);
+            } else {
+                // The material was ahead of where it is, under the tractions that the path has
+                // left.
+                let p = &self.start.p;
+                let mut rolled = before.clone();
+                rolling.apply(&mut rolled, p, &mut rolling.scratch());
+                let still = self.left.iter().zip(rolled);
+                before.iter_mut().zip(still).for_each(|(before, (still, rolled))| {
+                    *before = still - rolled;
+                });
+                let unit = largest_tangential(&self.problem, components, &before);
+                let fields = [&p[..], &before[..]];
+                if let Some(ahead) = &mut ahead {
+                    prepared.history = ahead.error(&self.problem.grid, components, fields, unit);
+                }
+            }
+            self.ahead = ahead;
         }
         self.problem.steady = roll.is_steady.then_some(distance);
         self.problem.remember(&before, &PerDof::all(0.0));
-        steady
+        prepared
     }
 
     /// Lets the shifts and the twist of the punch count from where it is.

@@ -1,8 +1,11 @@
 //! One increment of a path: from the controls, by way of a solver's iterate, to a certified
 //! outcome.
 
-use crate::assess::{certify, elastic_energy, fields, observables, states, transform_error};
+use crate::assess::{
+    AheadSums, certify, elastic_energy, fields, observables, states, transform_error,
+};
 use crate::common::parallel;
+use crate::influence::{Components, Direction};
 use crate::model::{
     Certificate, Control, Dof, Fields, Motion, Observables, PerDof, Status, Step, StepOutcome,
     WorkDone,
@@ -33,13 +36,14 @@ pub(crate) struct Increment {
     pub(crate) w: Vec<f64>,
 }
 
-/// The operators without mirror planes that certify an increment.
-#[derive(Clone, Copy)]
+/// The means that certify an increment. Their operators know no mirror planes.
 pub(crate) struct Certifying<'a> {
     /// The operator A.
     pub(crate) elastic: &'a Operator,
-    /// The operator of an increment that rolls steadily.
-    pub(crate) steady: Option<&'a Operator>,
+    /// The operator of an increment that rolls steadily, and sums for the distance.
+    pub(crate) steady: Option<(&'a Operator, &'a mut AheadSums)>,
+    /// The relative error of the displacements that the material has had, if it comes from ahead.
+    pub(crate) history: f64,
 }
 
 /// Converts controls from SI units to the problem's units.
@@ -55,7 +59,7 @@ pub(crate) fn in_units(target: &PerDof<Control>, problem: &Problem) -> PerDof<Co
 /// figures, the fields and the displacements.
 pub(crate) fn certify_increment(
     problem: &Problem,
-    Certifying { elastic, steady }: Certifying<'_>,
+    Certifying { elastic, steady, history }: Certifying<'_>,
     iterate: &Iterate,
     target: &PerDof<Control>,
     departure: &Departure,
@@ -64,7 +68,7 @@ pub(crate) fn certify_increment(
     let p = &iterate.p;
     let components = elastic.influence.components();
     let acting = components.len() * problem.grid.len();
-    let mut transform = 0.0;
+    let mut transform = history;
     let mut apply = |operator: &Operator| {
         // A component that the operator does not have does not move against the punch.
         let mut displacement = problem.f.clone();
@@ -76,10 +80,18 @@ pub(crate) fn certify_increment(
         displacement
     };
     let still = apply(elastic);
-    let rolled = steady.map(apply);
+    let rolled = steady.as_ref().map(|(steady, _)| apply(steady));
     let displacement = rolled.as_ref().unwrap_or(&still);
-    let diagonal = steady.unwrap_or(elastic).diagonals();
+    let diagonal = steady.as_ref().map_or(elastic, |(steady, _)| steady).diagonals();
     let k = problem.grid.len();
+    let is_steady = steady.is_some();
+    if let (Some((_, sums)), Some(rolled)) = (steady, &rolled) {
+        let ahead: Vec<f64> =
+            still.iter().zip(rolled).map(|(still, rolled)| still - rolled).collect();
+        let unit = largest_tangential(problem, components, rolled);
+        let fields = [&p[..acting], &ahead[..acting]];
+        transform = f64::max(transform, sums.error(&problem.grid, components, fields, unit));
+    }
     let mut w = vec![0.0; p.len()];
     let nx = problem.grid.nx();
     parallel::rows(&mut w, nx, |row, w| {
@@ -94,7 +106,7 @@ pub(crate) fn certify_increment(
     let motion = Motion::from_per_dof(PerDof::from_fn(|dof| iterate.motion[dof] * units[dof]));
     let (motions, motions_before) = (motion.per_dof(), departure.motion.per_dof());
     let (forces, mut forces_before) = (observables.resultants(), departure.resultants);
-    if steady.is_some() {
+    if is_steady {
         observables.energy = elastic_energy(problem, p, |row| still[row]);
         Dof::TANGENTIAL.into_iter().for_each(|dof| forces_before[dof] = forces[dof]);
     }
@@ -128,6 +140,16 @@ pub(crate) fn certify_increment(
         p.iter().zip(&w).zip(&problem.f).map(row).collect()
     };
     Increment { status, outcome, fields, left, w }
+}
+
+/// Returns the largest tangential component of a field, blocks of `components`.
+pub(crate) fn largest_tangential(problem: &Problem, components: Components, field: &[f64]) -> f64 {
+    components
+        .directions()
+        .zip(field.chunks_exact(problem.grid.len()))
+        .filter(|(direction, _)| *direction != Direction::N)
+        .flat_map(|(_, block)| block)
+        .fold(0.0, |largest: f64, value| largest.max(value.abs()))
 }
 
 /// Says why an iterate is no solution, in words with figures.

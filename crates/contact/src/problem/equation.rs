@@ -451,37 +451,47 @@ impl Problem {
     /// ‖p_t‖, that of their images and what is [past](Problem::past). Masked elements do not count.
     pub(crate) fn residual(&self, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> f64 {
         let diagonal = diagonal.into();
-        // The pairs are p and its image at each element.
+        let is_normal = self.components == Components::NORMAL;
+        // The pairs are p and its image at each element, where one of them is not zero.
         let pairs = |band: Range<usize>| {
-            self.grid.active_in(band).map(|e| {
+            self.grid.active_in(band).filter_map(|e| {
                 let (traction, w) = (self.traction(p, e), self.gather(w, e));
                 let mut x = self.trial(traction, w, diagonal);
                 if self.pressure.is_some() {
                     x[0] = traction[0]; // The pressure was solved before.
-                } else if self.components == Components::NORMAL {
+                } else if is_normal {
                     [x[1], x[2]] = [0.0; 2];
                 }
-                (traction, g_mu(x, self.mu, self.ceiling))
+                let is_open = x[0] <= 0.0 && traction == [0.0; 3];
+                (!is_open).then(|| (traction, g_mu(x, self.mu, self.ceiling)))
             })
         };
-        // The sums of squares are those of the defect, of the tractions and of their images.
-        let sums = |first: usize, unit: f64| {
+        let past = self.past.filter(|_| !is_normal);
+        // The sums of squares are those of the defect, of the tractions and of their images: of all
+        // components, and of the tangential ones if they are measured for themselves.
+        let sums = |unit: f64| {
             let bands = parallel::bands(self.grid.len(), |band| {
-                let (mut defect, mut size, mut image) = (0.0, 0.0, 0.0);
+                let mut sums = [[0.0; 3]; 2];
                 for (traction, mapped) in pairs(band) {
-                    for c in first..3 {
-                        defect += ((traction[c] - mapped[c]) / unit).powi(2);
-                        size += (traction[c] / unit).powi(2);
-                        image += (mapped[c] / unit).powi(2);
+                    for c in 0..3 {
+                        let squares = [traction[c] - mapped[c], traction[c], mapped[c]]
+                            .map(|value| (value / unit).powi(2));
+                        let of_c = if past.is_some() && c > 0 { 2 } else { 1 };
+                        for sums in &mut sums[..of_c] {
+                            sums.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+                        }
                     }
                 }
-                [defect, size, image]
+                sums
             });
-            bands.into_iter().fold([0.0; 3], |sum, band| [0, 1, 2].map(|i| sum[i] + band[i]))
+            bands.into_iter().fold([[0.0; 3]; 2], |sums, band| {
+                [0, 1].map(|part| [0, 1, 2].map(|i| sums[part][i] + band[part][i]))
+            })
         };
         // Squares that may have left the range of doubles say nothing.
+        let plain = sums(1.0);
         let in_range = |first: usize| {
-            let squares = sums(first, 1.0);
+            let squares = plain[first];
             if squares[..2].iter().all(|square| SQUARES.contains(square)) {
                 return (squares, 1.0);
             }
@@ -491,16 +501,14 @@ impl Problem {
                 })
                 .fold(0.0, |a: f64, b| a.max(b.abs()));
             if largest > 0.0 && largest.is_finite() {
-                (sums(first, largest), largest)
+                (sums(largest)[first], largest)
             } else {
                 (squares, 1.0)
             }
         };
         let ([defect, size, _], _) = in_range(0);
         let residual = if defect == 0.0 { 0.0 } else { (defect / size).sqrt() };
-        let Some(past) = self.past.filter(|_| self.components != Components::NORMAL) else {
-            return residual;
-        };
+        let Some(past) = past else { return residual };
         let ([defect, size, image], unit) = in_range(1);
         let tangential = if defect == 0.0 {
             0.0

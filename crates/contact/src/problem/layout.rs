@@ -129,7 +129,7 @@ const FARTHEST: f64 = 1e3;
 
 /// The smallest part of an element that a contact goes on in steady rolling. From nearer, the mesh
 /// does not see a difference of displacements: with a hundredth Newton's method fails.
-const LEAST_DISTANCE: f64 = 0.1;
+pub(crate) const LEAST_DISTANCE: f64 = 0.1;
 
 /// Refuses steps that roll steadily by distances that elements of this length along x \[m\] do not
 /// resolve.

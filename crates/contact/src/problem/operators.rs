@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::equation::{OperatorKey, Problem};
 use crate::common::Cancellation;
+use crate::foundation::Kernels;
 use crate::influence::{
     Circulant, Components, Diagonals, Influence, InfluenceTable, Mirror, RollingTables,
     RollingToeplitz, Scratch, Toeplitz,
@@ -18,19 +19,28 @@ use crate::influence::{
 pub struct Operator {
     /// The influence coefficients of every offset of the whole grid.
     pub table: Arc<InfluenceTable>,
-    /// The coefficients of the tangential rows in steady rolling.
-    pub(crate) rolled: Option<Arc<InfluenceTable>>,
+    /// The coefficients of the tangential rows in steady rolling, and what they are made of.
+    pub(crate) rolled: Option<RolledCoefficients>,
     /// The operator as a product with a field.
     pub influence: Arc<dyn Influence>,
     /// The circulants near the diagonal blocks of A, for preconditioning.
     pub circulant: Arc<Circulant>,
 }
 
+/// The coefficients of what rolls by a distance, and the kernels by which they were computed.
+#[derive(Clone)]
+pub(crate) struct RolledCoefficients {
+    /// The coefficients.
+    table: Arc<InfluenceTable>,
+    /// The kernels of the bodies, for the places that lie the distance ahead of elements.
+    pub(crate) kernels: Arc<Kernels>,
+}
+
 impl Operator {
     /// Makes the operator of these tables on a window, or on all of a problem's part of the grid.
     fn new(
         table: Arc<InfluenceTable>,
-        rolled: Option<Arc<InfluenceTable>>,
+        rolled: Option<RolledCoefficients>,
         components: Components,
         mirror: Mirror,
         window: Option<[usize; 2]>,
@@ -48,7 +58,7 @@ impl Operator {
                 (bytes, influence) = (toeplitz.bytes(), Arc::new(toeplitz));
             }
             (Some(rolled), _) => {
-                let tables = RollingTables { still: &table, rolled };
+                let tables = RollingTables { still: &table, rolled: &rolled.table };
                 let rolling = match window {
                     None => RollingToeplitz::of(tables, components, mirror),
                     Some(size) => RollingToeplitz::within(tables, components, mirror, size),
@@ -68,7 +78,9 @@ impl Operator {
         let diagonals = self.table.diagonals();
         match &self.rolled {
             None => diagonals,
-            Some(rolled) => Diagonals { tangential: rolled.largest_tangential(), ..diagonals },
+            Some(rolled) => {
+                Diagonals { tangential: rolled.table.largest_tangential(), ..diagonals }
+            }
         }
     }
 
@@ -78,7 +90,7 @@ impl Operator {
         let components = self.influence.components();
         match &self.rolled {
             None => self.table.displacement_at(receiver, components, p),
-            Some(rolled) => RollingTables { still: &self.table, rolled }
+            Some(rolled) => RollingTables { still: &self.table, rolled: &rolled.table }
                 .displacement_at(receiver, components, p),
         }
     }
@@ -176,7 +188,9 @@ impl Operators {
             };
             let kept = self.kept.iter().find(|kept| has(kept));
             kept.and_then(|kept| kept.operator.rolled.clone()).unwrap_or_else(|| {
-                Arc::new(table.rolled(&problem.elasticity, problem.projection, distance))
+                let kernels = Arc::new(table.kernels_ahead(&problem.elasticity, distance));
+                let table = Arc::new(table.rolled(&kernels, problem.projection, distance));
+                RolledCoefficients { table, kernels }
             })
         });
         let (operator, bytes) = Operator::new(table, rolled, components, mirror, None);
@@ -192,7 +206,10 @@ impl Operators {
         let tables: BTreeMap<_, usize> = self
             .kept
             .iter()
-            .flat_map(|kept| std::iter::once(&kept.operator.table).chain(&kept.operator.rolled))
+            .flat_map(|kept| {
+                let rolled = kept.operator.rolled.as_ref().map(|rolled| &rolled.table);
+                std::iter::once(&kept.operator.table).chain(rolled)
+            })
             .map(|table| (Arc::as_ptr(table), table.bytes()))
             .collect();
         self.kept.iter().map(|kept| kept.bytes).sum::<usize>() + tables.into_values().sum::<usize>()

@@ -1,19 +1,13 @@
 //! Newton's method, and what is tried where it fails. If it does not converge, an outer iteration
-//! finds the motions that forces govern. If it does not converge with all motions prescribed, it
-//! takes turns with Seidel sweeps, which always bring the iterate nearer. In the end the sweeps run
-//! alone. Where the contact rolls steadily under forces, it is first solved with more friction, and
+//! finds the motions that forces govern, and with all motions prescribed it takes turns with Seidel
+//! sweeps. Where the contact rolls steadily under forces, it is first solved with more friction, and
 //! Newton's method takes turns with a path that leads to the steady state.
 
-use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
-use super::{load_control, newton, rolling_in, seidel};
+use super::iterate::{Conditions, Iterate, Start, Stop};
+use super::{load_control, newton, prescribed, rolling_in};
 use crate::influence::{Direction, Mirror};
 use crate::model::{Control, Dof, Route};
-use crate::problem::{Operator, Operators, Problem, Stage};
-
-/// The number of rounds of Seidel sweeps that may bring a start within Newton's reach.
-const ROUNDS: u32 = 6;
-/// The number of sweeps of a round.
-const SWEEPS: u32 = 25;
+use crate::problem::{Operators, Problem, Stage};
 
 /// Solves `problem` under the `conditions` stage by stage; where a stage fails, as a whole.
 pub(super) fn solve(
@@ -29,7 +23,7 @@ pub(super) fn solve(
     let has_force =
         |dof: &Dof| matches!(conditions.controls[*dof], Control::Force(force) if force != 0.0);
     let direct = if problem.steady.is_some() && Dof::TANGENTIAL.iter().any(has_force) {
-        adding_work(&direct, losing_friction(problem, operators, stages, conditions))
+        losing_friction(problem, operators, stages, conditions).after(&direct)
     } else {
         direct
     };
@@ -38,9 +32,9 @@ pub(super) fn solve(
     }
     let operator = operators.of(problem);
     // The sweeps know no steady rolling.
-    let inner = if problem.steady.is_some() { rolling_in::solve } else { prescribed };
+    let inner = if problem.steady.is_some() { rolling_in::solve } else { prescribed::solve };
     let second = load_control::solve(problem, &operator, conditions, inner);
-    adding_work(&direct, second)
+    second.after(&direct)
 }
 
 /// Solves one stage after the other by Newton's method.
@@ -131,7 +125,7 @@ fn losing_friction(
         problem.mu = mu;
         let solved = Iterate { route: Route::NewtonWithinForces, ..solved };
         let solved = match &before {
-            Some(before) => adding_work(before, solved),
+            Some(before) => solved.after(before),
             None => solved,
         };
         if solved.stop == Stop::Converged {
@@ -148,53 +142,5 @@ fn losing_friction(
         }
         before = Some(solved);
         next = (friction / fall).max(1.0);
-    }
-}
-
-/// Solves `problem` at prescribed motions: Newton's method and Seidel sweeps take turns, and in the
-/// end the sweeps run alone.
-fn prescribed(
-    problem: &mut Problem,
-    operator: &Operator,
-    start: &Start,
-    rule: &StopRule<'_>,
-) -> Iterate {
-    let controls = start.motion.map(Control::Motion);
-    let mut iterate =
-        newton::solve(problem, operator, &Conditions { controls: &controls, start, rule });
-    for round in 0..=ROUNDS {
-        if iterate.stop == Stop::Converged {
-            break;
-        }
-        let tractions = if round == 0 { start.p.clone() } else { iterate.p.clone() };
-        let sweeps = if round < ROUNDS { SWEEPS } else { rule.max_iterations };
-        let swept = seidel::solve(
-            problem,
-            &operator.table,
-            tractions,
-            &StopRule { max_iterations: sweeps, ..*rule },
-        );
-        let swept = adding_work(&iterate, swept);
-        if swept.stop == Stop::Converged {
-            return Iterate { motion: start.motion, route: Route::NewtonAndSeidel, ..swept };
-        }
-        let swept_start = Start::new(swept.p.clone(), start.motion);
-        let conditions = Conditions { controls: &controls, start: &swept_start, rule };
-        let tried = newton::solve(problem, operator, &conditions);
-        iterate = Iterate { route: Route::NewtonAndSeidel, ..adding_work(&swept, tried) };
-        if iterate.stop != Stop::Converged {
-            iterate.p = swept.p;
-        }
-    }
-    iterate
-}
-
-/// Returns the second of two attempts, with the work of both.
-fn adding_work(first: &Iterate, second: Iterate) -> Iterate {
-    Iterate {
-        iterations: first.iterations + second.iterations,
-        operator_applications: first.operator_applications + second.operator_applications,
-        route: first.route.max(second.route),
-        ..second
     }
 }

@@ -39,6 +39,18 @@ pub struct Iterate {
     pub route: Route,
 }
 
+impl Iterate {
+    /// Returns the iterate with the work of an attempt before it, and the longer route of both.
+    pub(crate) fn after(self, before: &Self) -> Self {
+        Self {
+            iterations: before.iterations + self.iterations,
+            operator_applications: before.operator_applications + self.operator_applications,
+            route: before.route.max(self.route),
+            ..self
+        }
+    }
+}
+
 /// The reason why a solver stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stop {

@@ -113,7 +113,7 @@ impl WitnessSearch {
     ///
     /// # Errors
     /// A [`SceneError`] says that there are more than [`MOST_STARTS`](Self::MOST_STARTS).
-    pub(crate) fn validate(&self) -> Result<(), SceneError> {
+    pub fn validate(&self) -> Result<(), SceneError> {
         random::validate_starts(self.starts)
     }
 }

@@ -4,7 +4,6 @@ use std::fmt::Write;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use npyz::WriterBuilder;
 use thiserror::Error;
 
 use super::quantity::{Field, FieldGrid, Values};
@@ -54,34 +53,27 @@ impl Field {
     ///
     /// `numpy.load(f)[j, i]` is element (i, j).
     ///
-    /// # Errors
-    /// The errors of writing to memory, which does not fail.
-    pub fn npy(&self) -> std::io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        let shape = [self.grid.ny as u64, self.grid.nx as u64];
-        match &self.values {
+    /// Source: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
+    pub fn npy(&self) -> Vec<u8> {
+        let (kind, values): (&str, Vec<u8>) = match &self.values {
             Values::Number(values) => {
-                let kind = npyz::DType::Plain("<f8".parse().map_err(std::io::Error::other)?);
-                let mut writer = npyz::WriteOptions::new()
-                    .dtype(kind)
-                    .shape(&shape)
-                    .writer(&mut bytes)
-                    .begin_nd()?;
-                writer.extend(values.iter().copied())?;
-                writer.finish()?;
+                ("<f8", values.iter().flat_map(|x| x.to_le_bytes()).collect())
             }
-            Values::Category { states, .. } => {
-                let kind = npyz::DType::Plain("|u1".parse().map_err(std::io::Error::other)?);
-                let mut writer = npyz::WriteOptions::new()
-                    .dtype(kind)
-                    .shape(&shape)
-                    .writer(&mut bytes)
-                    .begin_nd()?;
-                writer.extend(states.iter().copied())?;
-                writer.finish()?;
-            }
-        }
-        Ok(bytes)
+            Values::Category { states, .. } => ("|u1", states.clone()),
+        };
+        let (rows, columns) = (self.grid.ny, self.grid.nx);
+        let mut header = format!(
+            "{{'descr': '{kind}', 'fortran_order': False, 'shape': ({rows}, {columns}, ), }}"
+        );
+        // The values begin at a multiple of 64 bytes; the header's ten first bytes are no text.
+        let length = (10 + header.len() + 1).next_multiple_of(64) - 10;
+        header += &" ".repeat(length - 1 - header.len());
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((length as u16).to_le_bytes());
+        bytes.extend(header.bytes());
+        bytes.push(b'\n');
+        bytes.extend(values);
+        bytes
     }
 }
 

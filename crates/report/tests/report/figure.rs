@@ -393,6 +393,26 @@ fn pngs_that_cannot_be() {
         assert!(png(&svg, dpi).is_err(), "{dpi}");
     }
     assert!(png("<svg", 96.0).is_err());
+    for (part, refused) in [
+        ("<ellipse/>", "an element `ellipse`"),
+        ("<rect width=\"1\" height=\"1\" class=\"a\"/>", "an attribute `class` of `rect`"),
+        ("<rect width=\"1\"/>", "an element `rect` without `height`"),
+        ("<rect width=\"1\" height=\"1\" fill=\"red\"/>", "a colour `red`"),
+        ("<rect width=\"1\" height=\"1\" fill=\"url(#a)\"/>", "no gradient `a`"),
+        ("<rect width=\"1cm\" height=\"1\"/>", "a length `1cm`"),
+        ("<path d=\"M0 0A1\"/>", "a path with `A1`"),
+        (
+            "<text x=\"0\" y=\"0\" font-size=\"1\" transform=\"scale(2)\">a</text>",
+            "a transform `scale(2)`",
+        ),
+        ("<image width=\"1\" height=\"1\"/>", "an image that is no PNG inside the figure"),
+    ] {
+        let svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\">{part}</svg>"
+        );
+        let message = png(&svg, 96.0).unwrap_err().to_string();
+        assert_eq!(message, format!("the figure has {refused}, which is not drawn as pixels"));
+    }
 }
 
 fn coordinate() -> impl Strategy<Value = f64> {

@@ -6,11 +6,47 @@ use super::axis::ascending_axis;
 use super::rule::{Adaptive, Filling};
 use super::table::{caused_column, fields};
 use crate::axis::Group;
+use crate::bounds::{ANY, inside, within};
 use crate::columns::Column;
 use crate::error::Mistake;
+use crate::fallback::Fallback::{self, Follows, Needed};
 use crate::read::{self, Node};
+use crate::table_key::{COLUMN, KeyTable, PART, TableValue, table_key};
 
-const FILL: &[&str] = &["column", "axis", "to", "at_most"];
+/// The table.
+pub(crate) const FILL: KeyTable = KeyTable {
+    path: "fill",
+    is_list: false,
+    meaning: "adds points along an axis, or on a map of two, where a result bends most",
+    keys: &[
+        table_key("column", COLUMN, ANY, Needed, "\"stick_fraction\"", "column of a result"),
+        table_key(
+            "axis",
+            TableValue::Other("the path of an axis, or a list of two"),
+            ANY,
+            Needed,
+            "\"friction.mu\"",
+            "axis of numbers by itself, or two of them for a map",
+        ),
+        table_key(
+            "to",
+            PART,
+            inside(0.0, 1.0),
+            Follows("`at_most` alone ends it; one of the two must be given"),
+            "\"1%\"",
+            "distance of straight lines from the result, by estimate, over the range of the \
+             column that is small enough; or of points from each other, over the axis",
+        ),
+        table_key(
+            "at_most",
+            TableValue::Count,
+            within(1.0, MOST as f64),
+            Fallback::Count(AT_MOST as u32),
+            "40",
+            "points that may be added at each combination of the other axes",
+        ),
+    ],
+};
 
 /// The number of points that are added at each combination of the other axes if the study does not
 /// say.
@@ -26,7 +62,7 @@ pub(super) fn read_fill(
     columns: &[Column],
     mistakes: &mut Vec<Mistake>,
 ) -> Option<Adaptive> {
-    let [column, axis] = fields("fill", node, FILL, ["column", "axis"], mistakes)?;
+    let [column, axis] = fields(&FILL, node, ["column", "axis"], mistakes)?;
     let DeValue::Table(table) = node.get_ref() else { return None };
     let before = mistakes.len();
     let mut note = |mistake: Mistake| mistakes.push(mistake);

@@ -8,13 +8,40 @@ use super::rule::Adaptive;
 use super::table::{fields, result_column};
 use crate::accuracy::{AT_MOST, at_most};
 use crate::axis::Group;
+use crate::bounds::{ANY, inside, within};
 use crate::columns::Column;
 use crate::error::{Mistake, Span};
+use crate::fallback::Fallback::{self, Needed};
 use crate::key::Key;
 use crate::read::{self, Node};
 use crate::sheet::{Given, Setting};
+use crate::table_key::{COLUMN, KeyTable, PART, TableValue, table_key};
 
-const REFINE: &[&str] = &["on", "until", "at_most"];
+/// The table.
+pub(crate) const REFINE: KeyTable = KeyTable {
+    path: "refine",
+    is_list: false,
+    meaning: "doubles `numerics.mesh` at every point until a result holds still",
+    keys: &[
+        table_key("on", COLUMN, ANY, Needed, "\"peak_pressure\"", "column of a result"),
+        table_key(
+            "until",
+            PART,
+            inside(0.0, 1.0),
+            Needed,
+            "\"0.1%\"",
+            "relative change of it from a mesh to the next that is small enough",
+        ),
+        table_key(
+            "at_most",
+            TableValue::Count,
+            within(2.0, Mesh::MAX_SIDE as f64),
+            Fallback::Count(AT_MOST),
+            "512",
+            "elements across Ω beyond which the doubling stops, no less than twice `numerics.mesh`",
+        ),
+    ],
+};
 
 /// Reads the table.
 pub(super) fn read_refine(
@@ -24,7 +51,7 @@ pub(super) fn read_refine(
     columns: &[Column],
     mistakes: &mut Vec<Mistake>,
 ) -> Option<Adaptive> {
-    let [on, until] = fields("refine", node, REFINE, ["on", "until"], mistakes)?;
+    let [on, until] = fields(&REFINE, node, ["on", "until"], mistakes)?;
     let found =
         result_column("refine.on", on, columns).map_err(|mistake| mistakes.push(mistake)).ok();
     let until =

@@ -7,6 +7,7 @@ use crate::column_name::column_name;
 use crate::columns::{Column, Role, find};
 use crate::error::Mistake;
 use crate::read::{self, Node};
+use crate::table_key::KeyTable;
 
 /// The advice for a column that is [unknown in choosing](Column::unknown_in_choosing).
 pub const OF_ONE_JOB: &str = "must be of what one job leaves, like `load` or `estimate_load`";
@@ -14,21 +15,21 @@ pub const OF_ONE_JOB: &str = "must be of what one job leaves, like `load` or `es
 /// Returns the values of the `needed` keys of a table, in this order. A missing or unknown key is a
 /// mistake.
 pub(super) fn fields<'t, 'i, const N: usize>(
-    name: &str,
+    known: &KeyTable,
     node: &'t Node<'i>,
-    keys: &[&str],
     needed: [&str; N],
     mistakes: &mut Vec<Mistake>,
 ) -> Option<[&'t Node<'i>; N]> {
+    let name = known.path;
     let DeValue::Table(table) = node.get_ref() else {
         mistakes.push(read::mistyped(
             name,
             node,
-            &format!("a table with the keys `{}`", keys.join("`, `")),
+            &format!("a table with the keys `{}`", known.names().join("`, `")),
         ));
         return None;
     };
-    read::refuse_unknown(table, &format!("`[{name}]`"), keys, mistakes);
+    read::refuse_unknown(table, &format!("`[{name}]`"), &known.names(), mistakes);
     let found = needed.map(|key| table.get(key));
     for (key, _) in needed.iter().zip(&found).filter(|(_, found)| found.is_none()) {
         mistakes.push(Mistake::new(

@@ -15,9 +15,9 @@ impl Assembler<'_> {
             return Some(WheelsetMotion {
                 speed,
                 angular_speed: number(Key::AngularSpeed),
-                lateral_velocity: number(Key::LateralVelocity).unwrap_or(0.0),
-                yaw_rate: number(Key::YawRate).unwrap_or(0.0),
-                roll_rate: number(Key::RollRate).unwrap_or(0.0),
+                lateral_velocity: self.number_or_default(Key::LateralVelocity),
+                yaw_rate: self.number_or_default(Key::YawRate),
+                roll_rate: self.number_or_default(Key::RollRate),
             });
         }
         let given = WHEELSET_MOTION.iter().find_map(|key| Some((key, self.sheet.get(*key)?)));

@@ -15,22 +15,48 @@
 //! there.
 
 use super::solve;
-use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
+use super::spec::{KindSpec, KindTable, TableSpec};
 use crate::axis::{Group, SweepAxis};
+use crate::bounds::ANY;
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
 use crate::error::{Mistake, Span};
+use crate::fallback::Fallback::Follows;
 use crate::figure::{self, Figure};
 use crate::job::Job;
 use crate::key::Key;
+use crate::table_key::{KeyTable, TableValue, table_key};
 use crate::value::Value;
 
 /// The description of the kind.
 pub(crate) const SPEC: KindSpec = KindSpec {
     name: "convergence",
     table: Some(TableSpec {
-        name: "convergence",
-        keys: &[("along", TableValue::Word(&ALONG)), ("reference", TableValue::Word(&REFERENCES))],
+        table: KeyTable {
+            path: "convergence",
+            is_list: false,
+            meaning: "the ladder of a study of kind \"convergence\"",
+            keys: &[
+                table_key(
+                    "along",
+                    TableValue::Word(&ALONG),
+                    ANY,
+                    Follows("the mesh if it is an axis, else epsilon"),
+                    "\"mesh\"",
+                    "axis along which the rungs come closer to the limit",
+                ),
+                table_key(
+                    "reference",
+                    TableValue::Word(&REFERENCES),
+                    ANY,
+                    Follows(
+                        "the closed form along meshes, if every scene has one, else the finest",
+                    ),
+                    "\"finest\"",
+                    "what the rungs are compared with",
+                ),
+            ],
+        },
         check,
         advice: "or say kind = \"convergence\" at the top",
     }),

@@ -23,26 +23,54 @@
 
 use super::convergence::ERRORS;
 use super::solve;
-use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
+use super::spec::{KindSpec, KindTable, TableSpec};
 use crate::axis::{Group, SweepAxis};
+use crate::bounds::{ANY, within};
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
 use crate::error::{Mistake, Span};
+use crate::fallback::Fallback::{self, Follows};
 use crate::figure::{self, Figure};
 use crate::job::Job;
 use crate::key::Key;
+use crate::table_key::{KeyTable, TableValue, table_key};
 use crate::value::Value;
 
 /// The description of the kind.
 pub(crate) const SPEC: KindSpec = KindSpec {
     name: "cost",
     table: Some(TableSpec {
-        name: "cost",
-        keys: &[
-            ("on", TableValue::Word(&ON)),
-            ("repeat", TableValue::Count(1000)),
-            ("threads", TableValue::Count(1024)),
-        ],
+        table: KeyTable {
+            path: "cost",
+            is_list: false,
+            meaning: "the measurement of a study of kind \"cost\"",
+            keys: &[
+                table_key(
+                    "on",
+                    TableValue::Word(&ON),
+                    ANY,
+                    Follows("the load or the approach, whichever is not given"),
+                    "\"peak_pressure\"",
+                    "error that counts; pressure and traction need a closed form",
+                ),
+                table_key(
+                    "repeat",
+                    TableValue::Count,
+                    within(1.0, 1000.0),
+                    Fallback::Count(REPEAT),
+                    "9",
+                    "times that every point is solved",
+                ),
+                table_key(
+                    "threads",
+                    TableValue::Count,
+                    within(1.0, 1024.0),
+                    Fallback::Count(THREADS),
+                    "2",
+                    "threads of the worker",
+                ),
+            ],
+        },
         check,
         advice: "",
     }),
@@ -85,6 +113,9 @@ pub(crate) const ON: [&str; 8] = [
 /// The number of repetitions if the study does not say.
 const REPEAT: u32 = 5;
 
+/// The number of threads if the study does not say.
+const THREADS: u32 = 1;
+
 /// Returns whether a group of axes makes rungs, which it does if one of its axes is a key of the
 /// numerics.
 pub fn is_rung(group: &Group) -> bool {
@@ -99,7 +130,7 @@ impl Cost {
         Cost {
             on: table.word("on"),
             repeat: table.count("repeat").unwrap_or(REPEAT),
-            threads: table.count("threads").unwrap_or(1),
+            threads: table.count("threads").unwrap_or(THREADS),
         }
     }
 }

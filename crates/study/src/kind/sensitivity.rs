@@ -22,26 +22,61 @@
 
 use super::freedom::ScenesFreedom;
 use super::solve;
-use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
+use super::spec::{KindSpec, KindTable, TableSpec};
 use crate::axis::Group;
+use crate::bounds::{ANY, within};
 use crate::design::arrangement::Arrangement;
 use crate::design::{Design, SamplingMethod};
 use crate::distribution::Distribution;
 use crate::error::{Mistake, Span};
+use crate::fallback::Fallback::{self, Follows};
 use crate::figure::{Figure, FigureKind};
 use crate::job::Job;
+use crate::table_key::{KeyTable, TableValue, table_key};
 
 /// The description of the kind.
 pub(crate) const SPEC: KindSpec = KindSpec {
     name: "sensitivity",
     table: Some(TableSpec {
-        name: "sensitivity",
-        keys: &[
-            ("method", TableValue::Word(&METHODS)),
-            ("of", TableValue::Columns),
-            ("estimator", TableValue::Word(&ESTIMATORS)),
-            ("levels", TableValue::Count(MOST_LEVELS)),
-        ],
+        table: KeyTable {
+            path: "sensitivity",
+            is_list: false,
+            meaning: "the question of a study of kind \"sensitivity\", which needs `[sample]`",
+            keys: &[
+                table_key(
+                    "method",
+                    TableValue::Word(&METHODS),
+                    ANY,
+                    Fallback::Word(METHODS[0]),
+                    "\"morris\"",
+                    "shares of the variance, or elementary effects",
+                ),
+                table_key(
+                    "of",
+                    TableValue::Columns,
+                    ANY,
+                    Follows("some that the scenes leave free"),
+                    "[\"peak_pressure\"]",
+                    "results whose dependence is asked for",
+                ),
+                table_key(
+                    "estimator",
+                    TableValue::Word(&ESTIMATORS),
+                    ANY,
+                    Follows("the first order by products, the total by squared differences"),
+                    "\"jansen\"",
+                    "of method \"sobol\": products, or squared differences",
+                ),
+                table_key(
+                    "levels",
+                    TableValue::Count,
+                    within(2.0, MOST_LEVELS as f64),
+                    Fallback::Count(LEVELS),
+                    "8",
+                    "of method \"morris\": values of each key, an even number",
+                ),
+            ],
+        },
         check,
         advice: "or say kind = \"sensitivity\" at the top",
     }),

@@ -6,6 +6,7 @@ use contact::model::SceneError;
 
 use crate::assemble::Assembler;
 use crate::axis::Group;
+use crate::bounds::Bounds;
 use crate::column_name::column_name;
 use crate::columns::column::Column;
 use crate::design::arrangement::Arrangement;
@@ -16,6 +17,7 @@ use crate::key::Key;
 use crate::quantity::one_of;
 use crate::read;
 use crate::read::Node;
+use crate::table_key::{KeyTable, TableKey, TableValue};
 
 /// Everything that the crate knows of one kind of study. A kind that has much in common with the
 /// solving of scenes takes that from there.
@@ -49,27 +51,13 @@ pub(crate) struct KindSpec {
 
 /// The table of a kind.
 pub(crate) struct TableSpec {
-    /// The name of the table.
-    pub(crate) name: &'static str,
-    /// The names of the keys, with the values that may stand behind each; every key may be left
-    /// out.
-    pub(crate) keys: &'static [(&'static str, TableValue)],
+    /// The table; every key may be left out.
+    pub(crate) table: KeyTable,
     /// Refuses a table, at a place, that does not fit the axes. It is called without a table as
     /// well.
     pub(crate) check: fn(&KindTable, &Span, &[Group], &mut Vec<Mistake>),
     /// The advice for a study of another kind that has the table.
     pub(crate) advice: &'static str,
-}
-
-/// The values that may stand behind a key of such a table.
-#[derive(Clone, Copy)]
-pub(crate) enum TableValue {
-    /// One of these words.
-    Word(&'static [&'static str]),
-    /// A whole number from 1 to this one.
-    Count(u32),
-    /// A column of numbers, or a list of such columns.
-    Columns,
 }
 
 /// The content of a kind's table in a study file.
@@ -103,6 +91,11 @@ impl KindTable {
 }
 
 impl TableSpec {
+    /// Returns the table as messages name it.
+    fn quoted(&self) -> String {
+        format!("`{}`", self.table.heading())
+    }
+
     /// Reads the table, or the content that a study without it has.
     pub(crate) fn read(
         &self,
@@ -112,25 +105,24 @@ impl TableSpec {
     ) -> KindTable {
         let mut read = KindTable::default();
         if let Some(node) = node {
-            let names: Vec<&str> = self.keys.iter().map(|(name, _)| *name).collect();
+            let (KeyTable { path: name, keys, .. }, names) = (self.table, self.table.names());
             let DeValue::Table(table) = node.get_ref() else {
                 let expected = format!("a table with the keys `{}`", names.join("`, `"));
-                mistakes.push(read::mistyped(self.name, node, &expected));
+                mistakes.push(read::mistyped(name, node, &expected));
                 return read;
             };
-            read::refuse_unknown(table, &format!("`[{}]`", self.name), &names, mistakes);
-            for (name, value) in self.keys {
+            read::refuse_unknown(table, &self.quoted(), &names, mistakes);
+            for TableKey { name, values, bounds, .. } in keys {
                 let Some(node) = table.get(*name) else { continue };
-                let path = format!("{}.{name}", self.name);
-                let result = match value {
+                let path = format!("{}.{name}", self.table.path);
+                let result = match values {
                     TableValue::Word(words) => {
                         read_word(&path, words, node).map(|word| read.words.push((name, word)))
                     }
-                    TableValue::Count(most) => {
-                        read_count(&path, *most, node).map(|count| read.counts.push((name, count)))
-                    }
-                    // They are read when the study's columns are known.
-                    TableValue::Columns => Ok(()),
+                    TableValue::Count => read_count(&path, *bounds, node)
+                        .map(|count| read.counts.push((name, count))),
+                    // Columns are read when those of the study are known.
+                    _ => Ok(()),
                 };
                 mistakes.extend(result.err());
             }
@@ -148,9 +140,9 @@ impl TableSpec {
         mistakes: &mut Vec<Mistake>,
     ) {
         let Some(DeValue::Table(table)) = node.map(|node| node.get_ref()) else { return };
-        for (name, value) in self.keys {
-            let (TableValue::Columns, Some(node)) = (value, table.get(*name)) else { continue };
-            let path = format!("{}.{name}", self.name);
+        for TableKey { name, values, .. } in self.table.keys {
+            let (TableValue::Columns, Some(node)) = (values, table.get(*name)) else { continue };
+            let path = format!("{}.{name}", self.table.path);
             let named = match node.get_ref() {
                 DeValue::Array(names) => names.iter().collect(),
                 _ => vec![node],
@@ -194,15 +186,15 @@ fn read_word(
     })
 }
 
-fn read_count(path: &str, most: u32, node: &Node<'_>) -> Result<u32, Mistake> {
+fn read_count(path: &str, bounds: Bounds, node: &Node<'_>) -> Result<u32, Mistake> {
     let DeValue::Integer(n) = node.get_ref() else {
         return Err(read::mistyped(path, node, "a whole number"));
     };
     match read::whole(path, n, node.span())? {
-        n if (1..=most).contains(&n) => Ok(n),
+        n if bounds.hold(f64::from(n)) => Ok(n),
         n => {
             let message = format!("`{path}` cannot be {n}");
-            Err(Mistake::new(node.span(), message, format!("must be from 1 to {most}")))
+            Err(Mistake::new(node.span(), message, format!("must be {}", bounds.words(""))))
         }
     }
 }

@@ -88,7 +88,7 @@ fn question(assembler: &mut Assembler<'_>) -> Question {
         sole,
         mesh: assembler.mesh(),
         projection: assembler.projection(),
-        epsilon: assembler.number_or(Key::Epsilon, 0.0),
+        epsilon: assembler.number_or_default(Key::Epsilon),
     }
 }
 

@@ -5,14 +5,114 @@ use toml::de::{DeTable, DeValue};
 use super::measured::{MeasuredColumns, MeasuredValue};
 use super::numbers::Numbers;
 use crate::axis::{Choice, MAX_POINTS};
+use crate::bounds::{ANY, POSITIVE, within};
 use crate::distribution::{CumulativeWeights, Distribution};
 use crate::error::Mistake;
-use crate::key::Key;
+use crate::fallback::Fallback::{Follows, Needed};
+use crate::key::{Key, Table};
 use crate::quantity::{Quantity, one_of};
 use crate::read::{self, Node};
 use crate::sheet::Setting;
 use crate::suggestion::nearest;
+use crate::table_key::{KeyTable, TEXT, TableValue, table_key};
 use crate::units::Dimension;
+
+/// The keys of a distribution, those of all kinds of them.
+pub(crate) const DISTRIBUTION: KeyTable = KeyTable {
+    path: "sample.keys.KEY",
+    is_list: false,
+    meaning: "how a key is drawn, mostly written on one line; each distribution has keys of its own",
+    keys: &[
+        table_key(
+            "distribution",
+            TableValue::Word(&NAMES),
+            ANY,
+            Follows("as the other keys tell, else \"uniform\""),
+            "\"log-normal\"",
+            "name of the distribution",
+        ),
+        table_key(
+            "from",
+            OF_THE_KEY,
+            ANY,
+            Follows("no bound of a normal or log-normal one; others need it"),
+            "0.1",
+            "lower end, or bound",
+        ),
+        table_key(
+            "to",
+            OF_THE_KEY,
+            ANY,
+            Follows("no bound of a normal or log-normal one; others need it"),
+            "0.5",
+            "upper end, or bound, above `from`",
+        ),
+        table_key("mode", OF_THE_KEY, ANY, Needed, "0.3", "most likely value, of a triangular one"),
+        table_key(
+            "mean",
+            OF_THE_KEY,
+            ANY,
+            Needed,
+            "0.3",
+            "mean of a normal one; of a log-normal one that of the value, above 0",
+        ),
+        table_key(
+            "deviation",
+            OF_THE_KEY,
+            POSITIVE,
+            Needed,
+            "0.05",
+            "standard deviation of a normal one; of a log-normal one that of the value",
+        ),
+        table_key(
+            "median",
+            OF_THE_KEY,
+            POSITIVE,
+            Follows("given by `mean` and `deviation`"),
+            "0.3",
+            "median of a log-normal one",
+        ),
+        table_key(
+            "log_deviation",
+            TableValue::Number,
+            POSITIVE,
+            Follows("given by `mean` and `deviation`"),
+            "0.1",
+            "standard deviation of the logarithm of a log-normal one",
+        ),
+        table_key(
+            "values",
+            TableValue::Other("a list of values of the key"),
+            within(1.0, MAX_POINTS as f64),
+            Needed,
+            "[0.1, 0.3]",
+            "values of a discrete one",
+        ),
+        table_key(
+            "weights",
+            TableValue::Other("a list of numbers above 0"),
+            ANY,
+            Follows("equal weights"),
+            "[3, 1]",
+            "weight of each of the values",
+        ),
+        table_key(
+            "file",
+            TEXT,
+            ANY,
+            Needed,
+            "\"measured.csv\"",
+            "file with the measured values of an empirical one, beside the study",
+        ),
+        table_key("column", TEXT, ANY, Needed, "\"friction\"", "head of their column"),
+    ],
+};
+
+const OF_THE_KEY: TableValue = TableValue::Other("a value of the key");
+
+/// The names of the distributions.
+const NAMES: [&str; 7] =
+    [SHAPES[0].0, SHAPES[1].0, SHAPES[2].0, SHAPES[3].0, SHAPES[4].0, SHAPES[5].0, SHAPES[6].0];
 
 /// The names of the numbers and lists that a distribution may have beside its name.
 const SHAPES: &[(&str, &[&str])] = &[
@@ -96,17 +196,23 @@ pub(super) fn read_drawn(
     Ok(DrawnValues { distribution, choices: Vec::new() })
 }
 
+/// Returns whether a sample may draw a key. What is a table as well is no single value.
+pub(crate) fn is_drawable(key: Key) -> bool {
+    match key.quantity() {
+        Quantity::Number(_) | Quantity::Count | Quantity::Mesh => true,
+        Quantity::Choice(_) => key != Key::Shape && Table::find(key.pattern()).is_none(),
+        _ => false,
+    }
+}
+
 /// Returns the name of a distribution, which need not be said where what it has tells it.
 fn read_shape(key: Key, table: &DeTable<'_>, node: &Node<'_>) -> Result<&'static str, Mistake> {
     let path = key.short();
-    let is_choosing = matches!(key.quantity(), Quantity::Choice(_)) && key != Key::Shape;
-    if !is_choosing
-        && !matches!(key.quantity(), Quantity::Number(_) | Quantity::Count | Quantity::Mesh)
-    {
+    if !is_drawable(key) {
         let message = format!("a sample cannot draw `{path}`");
         return Err(Mistake::new(node.span(), message, "must be an axis below [sweep]"));
     }
-    let names: Vec<&'static str> = SHAPES.iter().map(|(name, _)| *name).collect();
+    let names = NAMES;
     let Some(name_node) = table.get("distribution") else {
         if table.contains_key("values") {
             return Ok("discrete");

@@ -5,17 +5,20 @@ use toml::de::{DeTable, DeValue};
 use contact::model::Mesh;
 
 use crate::axis::{Choice, MAX_POINTS};
+use crate::bounds::{ANY, within};
 use crate::error::Mistake;
+use crate::fallback::Fallback::{self, Needed};
 use crate::key::Key;
 use crate::quantity::Quantity;
 use crate::read::{self, Node};
 use crate::sheet::Setting;
+use crate::table_key::{KeyTable, TableValue, table_key};
 use crate::units::Dimension;
 
 /// Returns whether a table is a range.
 pub(super) fn is_range(node: &Node<'_>) -> bool {
     let DeValue::Table(table) = node.get_ref() else { return false };
-    RANGE.iter().any(|key| table.contains_key(*key))
+    RANGE.keys.iter().any(|key| table.contains_key(key.name))
 }
 
 /// The values of an axis, and whether they were given as a range of equal ratios.
@@ -25,7 +28,35 @@ pub(super) struct AxisValues {
     pub(super) is_log: bool,
 }
 
-const RANGE: &[&str] = &["from", "to", "count", "log"];
+/// The keys of a range.
+pub(crate) const RANGE: KeyTable = KeyTable {
+    path: "sweep.KEY",
+    is_list: false,
+    meaning: "a range in place of a list of values, mostly written on one line; both ends are \
+              included",
+    keys: &[
+        table_key("from", OF_THE_KEY, ANY, Needed, "0.1", "first value"),
+        table_key("to", OF_THE_KEY, ANY, Needed, "0.5", "last value"),
+        table_key(
+            "count",
+            TableValue::Count,
+            within(2.0, MAX_POINTS as f64),
+            Needed,
+            "5",
+            "number of values",
+        ),
+        table_key(
+            "log",
+            TableValue::Flag,
+            ANY,
+            Fallback::Flag(false),
+            "true",
+            "whether the values have equal ratios, and not equal steps",
+        ),
+    ],
+};
+
+const OF_THE_KEY: TableValue = TableValue::Other("a number of the key");
 
 /// Reads the values of a range; `node` is the whole of `table`.
 pub(super) fn read_range(
@@ -43,7 +74,7 @@ pub(super) fn read_range(
             return Err(Mistake::new(node.span(), format!("`{path}` has no ranges"), expected));
         }
     };
-    read::refuse_unknown(table, &format!("the range of `{path}`"), RANGE, mistakes);
+    read::refuse_unknown(table, &format!("the range of `{path}`"), &RANGE.names(), mistakes);
     let required = |name: &str| {
         table.get(name).ok_or_else(|| {
             let message = format!("the range of `{path}` has no `{name}`");

@@ -80,7 +80,7 @@ pub(crate) fn named(bytes: Vec<u8>) -> Result<NamedFile, String> {
 }
 
 /// Returns the name and the bytes of a surface.
-fn stored() -> (String, Vec<u8>) {
+pub(crate) fn stored() -> (String, Vec<u8>) {
     let reading = MapReading { unit: Some("nm"), ..MapReading::default() };
     let surface = study::surface::read(b"0 1\n2 3", &reading).unwrap().surface;
     (study::surface::name(&surface), study::surface::encode_surface(&surface))
