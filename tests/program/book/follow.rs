@@ -187,34 +187,41 @@ fn merge(whole: &mut toml::Table, part: toml::Table) {
 pub(super) fn misunderstood(page: &Page) -> Vec<String> {
     let place = Place::empty();
     let mut findings = Vec::new();
-    for block in page.blocks.iter().filter(|block| block.language != "console") {
-        let text = block.text.replace("\\\n", " ");
+    let blocks = page.blocks.iter().filter(|block| block.language != "console");
+    let texts = blocks.map(|block| (block.line, block.text.replace("\\\n", " ")));
+    let words = page.words.iter().map(|words| (words.line, words.text.replace('\n', " ")));
+    for (line, text) in texts.chain(words) {
         let commands =
             text.lines().filter_map(|line| line.trim_start().strip_prefix("tribosweep "));
         for command in commands {
-            // What stands behind two blanks or a sharp is a remark.
-            let command = command.split("  ").next().unwrap();
-            let command = command.split(" # ").next().unwrap();
-            let Some(words) = shlex::split(command) else {
-                findings.push(format!("{}: {command}", page.place(block.line)));
-                continue;
-            };
-            // What a script's variables stand for is not known here.
-            if words.iter().any(|word| word.contains('$')) {
-                continue;
-            }
-            let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
-            for file in words.iter().filter(|word| word.starts_with("sweeps/")) {
-                if !Path::new(ROOT).join(file).is_file() {
-                    findings.push(format!("{}: {file} is not there", page.place(block.line)));
-                }
-            }
-            words.push("--help");
-            let said = place.words(&words);
-            if said.code != 0 {
-                findings.push(format!("{}: {command}\n{}", page.place(block.line), said.err));
+            if let Some(fault) = fault(&place, command) {
+                findings.push(format!("{}: {command}\n{fault}", page.place(line)));
             }
         }
     }
     findings
+}
+
+/// Returns what is wrong with a command, given without the program's name.
+fn fault(place: &Place, command: &str) -> Option<String> {
+    // What stands behind two blanks or a sharp is a remark.
+    let command = command.split("  ").next().unwrap();
+    let command = command.split(" # ").next().unwrap();
+    let Some(words) = shlex::split(command) else { return Some("a quote is not closed".into()) };
+    // What a script's variables stand for is not known here.
+    if words.iter().any(|word| word.contains('$')) {
+        return None;
+    }
+    let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let is_missing = |file: &&&str| file.starts_with("sweeps/") && !in_repository(file);
+    if let Some(file) = words.iter().find(is_missing) {
+        return Some(format!("{file} is not there"));
+    }
+    words.push("--help");
+    let said = place.words(&words);
+    (said.code != 0).then_some(said.err)
+}
+
+fn in_repository(file: &str) -> bool {
+    Path::new(ROOT).join(file).is_file()
 }

@@ -10,6 +10,8 @@ pub(super) struct Page {
     pub(super) path: PathBuf,
     pub(super) text: String,
     pub(super) blocks: Vec<Block>,
+    /// What stands between backquotes in the text.
+    pub(super) words: Vec<Words>,
     pub(super) links: Vec<Link>,
     /// The names of the headings, by which links find them.
     pub(super) anchors: BTreeSet<String>,
@@ -25,6 +27,11 @@ pub(super) struct Block {
     pub(super) range: Range<usize>,
 }
 
+pub(super) struct Words {
+    pub(super) line: usize,
+    pub(super) text: String,
+}
+
 pub(super) struct Link {
     pub(super) line: usize,
     pub(super) target: String,
@@ -38,6 +45,7 @@ impl Page {
             path,
             text: String::new(),
             blocks: Vec::new(),
+            words: Vec::new(),
             links: Vec::new(),
             anchors: BTreeSet::new(),
         };
@@ -74,6 +82,9 @@ impl Page {
                 }
                 Event::Text(words) | Event::Code(words) if heading.is_some() => {
                     heading.as_mut().unwrap().push_str(&words);
+                }
+                Event::Code(words) => {
+                    page.words.push(Words { line: line(range.start), text: words.into_string() });
                 }
                 Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
                     page.links
