@@ -56,9 +56,12 @@ fn pages_print_what_they_show() {
 }
 
 /// The commands that are only named, with placeholders or for long runs, are at least understood.
+/// What the program writes of itself, the reference, is held by `cli::reference`.
 #[test]
 fn commands_that_are_only_named_are_understood() {
-    let findings = pages().iter().flat_map(follow::misunderstood).collect();
+    let mut pages = pages();
+    pages.retain(|page| !page.directory().ends_with("reference"));
+    let findings = pages.iter().flat_map(follow::misunderstood).collect();
     assert_none("a command is none of the program", findings);
 }
 
