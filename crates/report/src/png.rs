@@ -5,44 +5,14 @@
 //! of pixels. So their few elements are read here and drawn by `tiny_skia`, on which those crates
 //! stand too, and a part that is not known here is refused.
 
-mod canvas;
+mod fault;
 mod glyphs;
 mod path_data;
+mod pixel_canvas;
 
-use thiserror::Error;
-
-use canvas::{Canvas, SVG, number};
-
-/// A reason why an SVG cannot become a PNG.
-#[derive(Debug, Error)]
-pub enum PngError {
-    /// The text is not an SVG that can be drawn.
-    #[error("the figure is not valid SVG: {0}")]
-    Svg(#[from] roxmltree::Error),
-    /// The SVG has a part that figures and maps never have.
-    #[error("the figure has {0}, which is not drawn as pixels")]
-    Unknown(String),
-    /// The picture would be too large.
-    #[error(
-        "a picture of {width}×{height} pixels is too large; at most {LARGEST} pixels a side are \
-         drawn; ask for fewer dots per inch"
-    )]
-    Size {
-        /// The number of pixels across.
-        width: f64,
-        /// The number of pixels down.
-        height: f64,
-    },
-    /// The resolution is not a positive number.
-    #[error("{0} dots per inch make no picture; 300 is usual for print")]
-    Resolution(f64),
-    /// The pixels could not be packed.
-    #[error("the picture could not be encoded: {0}")]
-    Encoding(#[from] png::EncodingError),
-}
-
-/// The largest side of a picture, in pixels.
-const LARGEST: f64 = 20_000.0;
+use fault::LARGEST;
+pub use fault::PngError;
+use pixel_canvas::{PixelCanvas, SVG, number};
 
 /// Draws an SVG made by this crate as an opaque 8-bit RGB picture.
 ///
@@ -70,7 +40,9 @@ pub fn png(svg: &str, dots_per_inch: f64) -> Result<Vec<u8>, PngError> {
         return Err(too_large);
     }
     let size = (width as u32, height as u32);
-    let Some(mut canvas) = Canvas::new(root, size, scale as f32) else { return Err(too_large) };
+    let Some(mut canvas) = PixelCanvas::new(root, size, scale as f32) else {
+        return Err(too_large);
+    };
     for node in root.children().filter(roxmltree::Node::is_element) {
         canvas.add(node)?;
     }

@@ -52,10 +52,10 @@ pub(super) fn path(data: &str) -> Result<Option<Path>, String> {
 /// Reads numbers with blanks or commas between them, up to the next letter; returns what follows.
 pub(super) fn numbers(text: &str) -> Option<(Vec<f32>, &str)> {
     let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
-    let (own, behind) = text.split_at(end);
+    let (listed, behind) = text.split_at(end);
     // A sign begins a number, with or without a blank before it.
-    let own = own.replace('-', " -");
-    let numbers = own.split([' ', ',', '\n']).filter(|number| !number.is_empty());
+    let listed = listed.replace('-', " -");
+    let numbers = listed.split([' ', ',', '\n']).filter(|number| !number.is_empty());
     let numbers: Option<Vec<f32>> =
         numbers.map(|number| number.parse().ok().filter(|x: &f32| x.is_finite())).collect();
     Some((numbers?, behind))

@@ -11,7 +11,7 @@ use tiny_skia::{
     PathBuilder, Pattern, Pixmap, Point, Rect, Shader, SpreadMode, Stroke, StrokeDash, Transform,
 };
 
-use super::PngError;
+use super::fault::PngError;
 use super::glyphs::TextOutline;
 use super::path_data::{numbers, path};
 
@@ -50,20 +50,20 @@ const ATTRIBUTES: [&str; 30] = [
 ];
 
 /// A picture in progress.
-pub(super) struct Canvas<'s> {
+pub(super) struct PixelCanvas<'s> {
     pub(super) pixmap: Pixmap,
     /// The way from the pixels of the drawing to those of the picture.
     transform: Transform,
     root: Node<'s, 's>,
 }
 
-impl<'s> Canvas<'s> {
+impl<'s> PixelCanvas<'s> {
     /// Begins a white picture of a drawing whose root is given; `scale` is the number of its pixels
     /// for one of the drawing. There is none if it would have no pixel.
     pub(super) fn new(root: Node<'s, 's>, (width, height): (u32, u32), scale: f32) -> Option<Self> {
         let mut pixmap = Pixmap::new(width, height)?;
         pixmap.fill(Color::WHITE);
-        Some(Canvas { pixmap, transform: Transform::from_scale(scale, scale), root })
+        Some(PixelCanvas { pixmap, transform: Transform::from_scale(scale, scale), root })
     }
 
     /// Adds an element.
