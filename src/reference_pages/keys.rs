@@ -165,7 +165,14 @@ pub(crate) fn key_text(table: &ReferenceTable, key: &ReferenceKey) -> String {
     let varied = !key.varied_by.is_empty();
     let name = format!(" as \"{}\"", key.short);
     line("may vary by", &if varied { key.varied_by.join(", ") + &name } else { String::new() });
-    line("column", key.column.as_deref().unwrap_or_default());
+    let column = key.column.as_deref().unwrap_or_default();
+    line(
+        "column",
+        &match &key.second_column {
+            Some(second) => format!("{column}; of later entries like {second}"),
+            None => column.to_owned(),
+        },
+    );
     for refused in &key.refused_by {
         line("not in kind", &format!("\"{}\": {}", refused.kind, refused.reason));
     }

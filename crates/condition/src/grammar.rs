@@ -13,6 +13,9 @@ mod tests;
 
 /// The number of expressions inside each other that are read.
 const DEEPEST: usize = 96;
+/// The number of operators and methods of an expression that are read. Each may stand on top of all
+/// those before, and what goes through the tree needs a piece of the stack for each.
+const MOST_OPERATORS: usize = 512;
 /// The names that CEL keeps for other languages.
 const RESERVED: [&str; 17] = [
     "as",
@@ -97,7 +100,7 @@ pub(crate) enum Written {
 /// # Errors
 /// [`FilterError::Syntax`], if the text does not follow the grammar.
 pub(crate) fn read(text: &str) -> Result<Written, FilterError> {
-    let mut reader = GrammarReader { text, next: token_at(text, 0)?, depth: 0 };
+    let mut reader = GrammarReader { text, next: token_at(text, 0)?, depth: 0, operators: 0 };
     let whole = reader.expression()?;
     match reader.next.token {
         Token::End => Ok(whole),
@@ -111,6 +114,8 @@ struct GrammarReader<'t> {
     /// The word or sign that comes next.
     next: PlacedToken<'t>,
     depth: usize,
+    /// The number of operators and methods so far.
+    operators: usize,
 }
 
 impl<'t> GrammarReader<'t> {
@@ -173,6 +178,17 @@ impl<'t> GrammarReader<'t> {
         Ok(read)
     }
 
+    /// Counts an operator or a method that comes next.
+    fn count_operator(&mut self) -> Result<(), FilterError> {
+        self.operators += 1;
+        if self.operators > MOST_OPERATORS {
+            return Err(self.fault(&format!(
+                "more than {MOST_OPERATORS} operators (`mesh in [16, 32]` stands for many `==`)"
+            )));
+        }
+        Ok(())
+    }
+
     /// Reads operands that operators join which bind at least so tightly. Operators that bind alike
     /// are taken from the left.
     fn infix(&mut self, least: u8) -> Result<Written, FilterError> {
@@ -181,6 +197,7 @@ impl<'t> GrammarReader<'t> {
             && let Some((operator, binding)) = InfixOperator::of(sign)
             && binding >= least
         {
+            self.count_operator()?;
             self.take()?;
             let right = self.infix(binding + 1)?;
             left = Written::Infix(operator, Box::new(left), Box::new(right));
@@ -219,7 +236,9 @@ impl<'t> GrammarReader<'t> {
         loop {
             value = if self.takes(".")? {
                 let name = self.name()?;
-                if self.takes("(")? {
+                if self.is_next("(") {
+                    self.count_operator()?;
+                    self.take()?;
                     let arguments = self.list(")", false)?;
                     match MACROS.contains(&name) {
                         true => Written::Foreign("a macro such as all() or exists()".to_owned()),

@@ -3,9 +3,10 @@
 //! The grammar is that of the Common Expression Language (CEL, <https://cel.dev>), as far as it
 //! has a meaning here. The crates that read all of CEL bring their interpreter and a machine for
 //! grammars, which took a tenth of the time that the program takes to build. The meaning is our own
-//! too, because a table of measurements needs another one in four points: integers and numbers mix in arithmetic, a name
-//! may be dotted (`friction.mu`, `foundation.layers[0].thickness`), comparing a number with text is
-//! refused instead of being false, and a missing value makes a comparison unknown.
+//! too, because a table of measurements needs another one in four points: integers and numbers mix
+//! in arithmetic, a name may be dotted (`friction.mu`, `foundation.layers[0].thickness`), comparing
+//! a number with text is refused instead of being false, and a missing value makes a comparison
+//! unknown.
 //!
 //! The values may be the cells of a row of a table or the keys of a point of a study: a condition
 //! knows names and values, and nothing of where they come from.
@@ -54,6 +55,9 @@ pub struct Condition {
 }
 
 impl Condition {
+    /// The length of the longest condition, in bytes.
+    pub const LONGEST: usize = error::LONGEST;
+
     /// Reads a condition over names.
     ///
     /// # Errors

@@ -277,14 +277,22 @@ impl<'a> Assembler<'a> {
         })
     }
 
-    /// Returns a number that is given, or the default of its key.
-    pub(crate) fn number_or_default(&self, key: Key) -> f64 {
-        self.sheet.number(key).or(key.fallback().number()).unwrap_or(f64::NAN)
+    /// Returns a number that is given, or the default of its key. If there is neither, a mistake is
+    /// noted.
+    pub(crate) fn number_or_default(&mut self, key: Key) -> f64 {
+        match key.fallback().number() {
+            Some(default) => self.sheet.number(key).unwrap_or(default),
+            None => self.number(key),
+        }
     }
 
-    /// Returns a whole number that is given, or the default of its key in every kind of study.
-    fn count_or_default(&self, key: Key) -> u32 {
-        self.sheet.count(key).or(key.fallback().count()).unwrap_or(0)
+    /// Returns a whole number that is given, or the default of its key in every kind of study. If
+    /// there is neither, a mistake is noted.
+    fn count_or_default(&mut self, key: Key) -> u32 {
+        self.sheet.count(key).or(key.fallback().count()).unwrap_or_else(|| {
+            self.miss(key, "");
+            0
+        })
     }
 
     pub(crate) fn mesh(&mut self) -> Mesh {
@@ -404,17 +412,22 @@ impl<'a> Assembler<'a> {
 
     fn wheel_on_rail(&mut self) -> WheelRail {
         let motion = self.motion();
-        let number = |key| self.number_or_default(key);
         let profile = |key| {
             let file = self.sheet.word(key).unwrap_or_default().to_owned();
             let named = ProfileFile { file, is_wheel: key == Key::Wheel };
             self.surfaces.profiles.get(&named).cloned().unwrap_or_default()
         };
+        let (wheel, rail) = (profile(Key::Wheel), profile(Key::Rail));
+        let side =
+            if self.sheet.word(Key::Side) == Some("left") { Side::Left } else { Side::Right };
+        // The shape has noted before if it is missing.
+        let rolling_radius = self.sheet.number(Key::RollingRadius).unwrap_or(f64::NAN);
+        let mut number = |key| self.number_or_default(key);
         WheelRail {
-            wheel: profile(Key::Wheel),
-            rail: profile(Key::Rail),
-            side: if self.sheet.word(Key::Side) == Some("left") { Side::Left } else { Side::Right },
-            rolling_radius: number(Key::RollingRadius),
+            wheel,
+            rail,
+            side,
+            rolling_radius,
             gauge: number(Key::Gauge),
             gauge_depth: number(Key::GaugeDepth),
             flange_back_distance: number(Key::FlangeBackDistance),
@@ -621,5 +634,37 @@ pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces
             let span = key.or(inside.copied()).map_or(0..0, |key| places.around(key));
             Mistake::new(span, message(&error.value), error.expected.clone())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A key that has no default of its own is missing where it is left out, whatever asks for its
+    /// default: nothing is computed with a value that nobody chose.
+    #[test]
+    fn a_default_that_is_none_is_missing() {
+        let (sheet, surfaces, places) =
+            (Sheet::default(), SurfaceNames::default(), TablePlaces::default());
+        let mut assembler = Assembler::new(&sheet, &surfaces, &places);
+        for (key, default) in [(Key::Mu, 0.0), (Key::DomainCenterX, 0.0), (Key::Tolerance, 1e-8)] {
+            assert_eq!(assembler.number_or_default(key), default);
+        }
+        assert_eq!(assembler.count_or_default(Key::MaxIterations), 20_000);
+        assert!(assembler.mistakes.is_empty());
+        assert!(assembler.number_or_default(Key::Radius).is_nan());
+        assert!(assembler.number_or_default(Key::AngularSpeed).is_nan());
+        assert_eq!(assembler.count_or_default(Key::Starts), 0);
+        let messages: Vec<&str> =
+            assembler.mistakes.iter().map(|mistake| mistake.message.as_str()).collect();
+        assert_eq!(
+            messages,
+            [
+                "`punch.radius` is missing",
+                "`punch.angular_speed` is missing",
+                "`starts` is missing"
+            ]
+        );
     }
 }

@@ -333,7 +333,7 @@ fn read_condition(
     names: &PointNames,
     columns: &[Column],
 ) -> Result<(String, Condition), Mistake> {
-    let text = read::text(path, node)?;
+    let text = read::condition(path, node)?;
     match Condition::new(&text, names) {
         Ok(condition) => Ok((text, condition)),
         Err(FilterError::UnknownColumn(unknown)) => {

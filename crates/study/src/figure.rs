@@ -582,7 +582,7 @@ impl ConditionNames for ColumnNames<'_> {
 
 /// Reads the condition of the points that a figure shows.
 fn read_condition(node: &Node<'_>, columns: &[Column]) -> Result<String, Mistake> {
-    let text = read::text("figure.where", node)?;
+    let text = read::condition("figure.where", node)?;
     match Condition::new(&text, &ColumnNames(columns)) {
         Ok(_) => Ok(text),
         Err(error) => {

@@ -407,6 +407,14 @@ pub(crate) fn text(name: &str, node: &Node<'_>) -> Result<String, Mistake> {
     }
 }
 
+/// Reads the text of a condition, whose length the condition itself bounds.
+pub(crate) fn condition(name: &str, node: &Node<'_>) -> Result<String, Mistake> {
+    match node.get_ref() {
+        DeValue::String(text) => Ok(text.to_string()),
+        _ => Err(mistyped(name, node, "a text")),
+    }
+}
+
 /// Makes the mistake of a text that is too long.
 fn too_long(name: &str, node: &Node<'_>) -> Mistake {
     let message = format!("`{name}` is a text of more than {LONGEST_TEXT} characters");

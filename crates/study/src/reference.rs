@@ -45,8 +45,12 @@ pub struct ReferenceKey {
     pub path: String,
     /// The path as axes and messages write it.
     pub short: String,
-    /// The column that it fills; `None` for what is no key of the scene or its numerics.
+    /// The column that it fills, in a list that of the first entry; `None` for what is no key of the
+    /// scene or its numerics.
     pub column: Option<String>,
+    /// The column that it fills of the second entry of a list, from which those of later ones differ
+    /// by the number.
+    pub second_column: Option<String>,
     /// The values that may stand behind it, with their bounds, in words.
     pub values: String,
     /// The words among which it chooses.
@@ -174,10 +178,9 @@ pub fn units() -> Vec<ReferenceUnits> {
 /// short, or the name of its column; a table or the beginning of a path; or a part of a path.
 pub fn matching(pattern: &str) -> Vec<ReferenceTable> {
     let pattern = with_index(pattern.trim());
+    let of_column = Key::of_column(&pattern).map(Key::pattern);
     let is_key = |key: &ReferenceKey| {
-        key.path == pattern
-            || key.short == pattern
-            || key.column.as_deref() == Some(pattern.as_str())
+        key.path == pattern || key.short == pattern || of_column == Some(key.path.as_str())
     };
     let is_within = |path: &str| {
         path.strip_prefix(&*pattern)
@@ -260,7 +263,8 @@ fn of_key(key: Key) -> ReferenceKey {
         name: key.name(),
         path: key.pattern().to_owned(),
         short: short(key.pattern()).to_owned(),
-        column: Some(key.column_pattern().to_owned()),
+        column: Some(key.with_index(0).column().into_owned()),
+        second_column: key.index().map(|_| key.with_index(1).column().into_owned()),
         values: bounded(&noun, &key.bounds().words(unit), quantity.is_counted()),
         choices,
         units,
@@ -314,6 +318,7 @@ fn of_table_key(table: &KeyTable, key: &TableKey) -> ReferenceKey {
         short: path.clone(),
         path,
         column: None,
+        second_column: None,
         values: bounded(&key.values.noun(), &key.bounds.words(""), is_list),
         choices,
         units: Vec::new(),

@@ -61,7 +61,8 @@ pub(crate) const NAME: TableValue = TableValue::Other("a name for files");
 pub(crate) const PART: TableValue = TableValue::Other("a part, like \"1%\" or 0.01,");
 pub(crate) const AXIS: TableValue = TableValue::Other("the path of an axis");
 pub(crate) const COLUMN: TableValue = TableValue::Other("the name of a column");
-pub(crate) const CONDITION: TableValue = TableValue::Other("a condition, as of `query --where`");
+pub(crate) const CONDITION: TableValue =
+    TableValue::Other("a condition, as of `query --where`, of at most 4096 bytes");
 
 /// Makes a key of a table.
 pub(crate) const fn table_key(
@@ -103,5 +104,16 @@ impl TableValue {
             TableValue::Flag => "true or false".to_owned(),
             TableValue::Other(words) => words.to_owned(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn conditions_are_as_long_as_they_are_said_to_be() {
+        let longest = format!("of at most {} bytes", condition::Condition::LONGEST);
+        assert!(CONDITION.noun().ends_with(&longest), "{}", CONDITION.noun());
     }
 }

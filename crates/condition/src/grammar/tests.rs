@@ -152,6 +152,39 @@ fn faults_say_what_is_wrong_and_where() {
     }
 }
 
+/// Names of which there is none.
+struct Nameless;
+
+impl crate::ConditionNames for Nameless {
+    fn find(&self, _: &str) -> Result<usize, crate::UnknownColumn> {
+        Err(crate::UnknownColumn::default())
+    }
+    fn kind(&self, _: usize) -> crate::ValueKind {
+        crate::ValueKind::Unknown
+    }
+}
+
+/// Trees are as deep as they have operators, also of brackets in brackets, and what goes through
+/// the deepest has enough with the smallest stack that the program begins on.
+#[test]
+fn long_chains_are_refused_before_they_fill_the_stack() {
+    let chain = |operators: usize| format!("1{} > 0", "+1".repeat(operators - 1));
+    let bracketed = "(".repeat(8) + "1" + &format!("{})", "+1".repeat(200)).repeat(8) + " > 0";
+    let methods = format!("''{} == ''", ".f()".repeat(900));
+    for text in [format!("1{}", "+1".repeat(2047)), chain(513), bracketed, methods] {
+        assert!(text.len() <= crate::Condition::LONGEST, "{}", text.len());
+        let error = read(&text).unwrap_err().to_string();
+        assert!(error.starts_with("more than 512 operators"), "{error}");
+    }
+    let going_through = move || {
+        let condition = crate::Condition::new(&chain(512), &Nameless).unwrap();
+        assert!(!condition.clone().uses(0));
+        assert_eq!(condition.truth(&|_| FilterValue::Missing), Ok(Some(true)));
+    };
+    let thread = std::thread::Builder::new().stack_size(1 << 20).spawn(going_through).unwrap();
+    thread.join().unwrap();
+}
+
 /// Makes random expressions of all that the grammar has.
 fn expressions() -> impl Strategy<Value = String> {
     let leaves = [

@@ -23,7 +23,9 @@ pub(crate) struct AheadSums {
     projection: Projection,
     /// The distance along x, with its sign, in the grid's unit.
     distance: f64,
-    /// The elements ahead of which the sums are taken: none before the first sum.
+    /// The elements ahead of which the sums are taken: the one that first had the largest traction,
+    /// and another that first had the largest tangential one. Each is there as soon as an element has
+    /// such a traction, for what is only pressed at first may have no tangential ones.
     receivers: Vec<Receiver>,
 }
 
@@ -47,8 +49,8 @@ impl AheadSums {
 
     /// Returns the largest difference between the tangential displacements `ahead` and the sums
     /// under the tractions `p`, over `unit`. Both fields are blocks of `components` on `grid`. The
-    /// sums are those ahead of the elements that first had the largest pressure and the largest
-    /// tangential traction.
+    /// sums are those ahead of the elements that first had the largest traction and the largest
+    /// tangential one.
     pub(crate) fn error(
         &mut self,
         grid: &Grid,
@@ -64,19 +66,17 @@ impl AheadSums {
             .for_each(|(block, to)| blocks[to as usize] = Some(block));
         let part = |field: &[f64], c: usize, e: usize| blocks[c].map(|block| field[block * k + e]);
         let traction = |e: usize| [0, 1, 2].map(|c| part(p, c, e).unwrap_or(0.0));
-        if self.receivers.is_empty() {
-            let size = |e: usize, first: usize| {
-                traction(e)[first..].iter().map(|t| t.abs()).fold(0.0, f64::max)
-            };
-            for first in 0..2 {
-                let largest =
-                    grid.active().max_by(|a, b| size(*a, first).total_cmp(&size(*b, first)));
-                let element = largest.filter(|element| size(*element, first) > 0.0);
-                let is_new =
-                    |element: &usize| self.receivers.iter().all(|one| one.element != *element);
-                if let Some(element) = element.filter(is_new) {
-                    self.receivers.push(Receiver { element, influences: vec![None; k] });
-                }
+        let size = |e: usize, first: usize| {
+            traction(e)[first..].iter().map(|t| t.abs()).fold(0.0, f64::max)
+        };
+        for first in self.receivers.len()..2 {
+            let is_new = |element: &usize| self.receivers.iter().all(|one| one.element != *element);
+            let largest = grid
+                .active()
+                .filter(is_new)
+                .max_by(|a, b| size(*a, first).total_cmp(&size(*b, first)));
+            if let Some(element) = largest.filter(|element| size(*element, first) > 0.0) {
+                self.receivers.push(Receiver { element, influences: vec![None; k] });
             }
         }
         let Self { kernels, projection, distance, receivers } = self;
@@ -165,6 +165,32 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// What is pressed first and rolls then is watched at a second element from its first tangential
+    /// tractions on, and an error there shows.
+    #[test]
+    fn tangential_tractions_that_come_later_have_an_element_of_their_own() {
+        let grid = Grid::new(5, 4, 0.3, 0.2, [0.0; 2]).unwrap();
+        let k = grid.len();
+        let material = Material { shear_modulus: 1.0, poisson: 0.3 };
+        let bodies = Bodies::new(&[], &Base::Elastic(material), None);
+        let kernels = Arc::new(bodies.kernels(2.0));
+        let mut sums = AheadSums::new(kernels, Projection::Average, 0.3);
+        let mut p = vec![0.0; 3 * k];
+        let mut ahead = vec![0.0; 3 * k];
+        let watched = |sums: &AheadSums| -> Vec<usize> {
+            sums.receivers.iter().map(|receiver| receiver.element).collect()
+        };
+        (p[7], p[8]) = (2.0, 1.0);
+        sums.error(&grid, Components::ALL, [&p, &ahead], 1.0);
+        assert_eq!(watched(&sums), [7]);
+        (p[k + 7], p[k + 12], p[2 * k + 13]) = (0.4, 0.2, -0.3);
+        let before = sums.error(&grid, Components::ALL, [&p, &ahead], 1.0);
+        assert_eq!(watched(&sums), [7, 13]);
+        ahead[2 * k + 13] = 1e3;
+        let error = sums.error(&grid, Components::ALL, [&p, &ahead], 1.0);
+        assert!(error > 900.0 && before < 100.0, "{before:e} {error:e}");
     }
 
     /// A component that is not there is none, and nothing loaded is nothing wrong.

@@ -76,12 +76,25 @@ impl Errors {
         reference_fields: &Fields,
         leg: &Leg,
     ) -> Option<Self> {
-        let mut computed = Figures::of(end);
-        if let Some(rolling) = leg.rolling {
+        let share = leg.rolling.map_or(1.0, |rolling| {
             let travelled = |end: &StepOutcome| rolling.travelled(end.observables.element_x);
-            let share = travelled(reference) / travelled(end);
-            Dof::TANGENTIAL.iter().for_each(|dof| computed.motion[*dof] *= share);
-        }
+            travelled(reference) / travelled(end)
+        });
+        Self::at_share(end, fields, reference, reference_fields, &leg.target, share)
+    }
+
+    /// Compares the ends of paths like [`Errors::against_solution`], where the reference has
+    /// travelled `share` times as far in its last increment.
+    pub(crate) fn at_share(
+        end: &StepOutcome,
+        fields: &Fields,
+        reference: &StepOutcome,
+        reference_fields: &Fields,
+        controls: &PerDof<Control>,
+        share: f64,
+    ) -> Option<Self> {
+        let mut computed = Figures::of(end);
+        Dof::TANGENTIAL.iter().for_each(|dof| computed.motion[*dof] *= share);
         let strong = significant([
             norms::distance(fields, reference_fields)?,
             norms::norm(reference_fields)?,
@@ -91,7 +104,7 @@ impl Errors {
             [norms::local_means(fields, &parts)?, norms::local_means(reference_fields, &parts)?];
         let local =
             significant([norms::distance(&means, &exact_means)?, norms::norm(&exact_means)?]);
-        Some(Self::of(&computed, &Figures::of(reference), &leg.target, strong, local))
+        Some(Self::of(&computed, &Figures::of(reference), controls, strong, local))
     }
 
     fn of(

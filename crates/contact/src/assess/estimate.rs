@@ -36,9 +36,7 @@
 //! small or increments that are too large.
 
 use super::errors::Errors;
-use crate::model::{
-    Estimate, Fields, FigureErrors, Numerics, Rolling, Scene, Shape, State, StepOutcome,
-};
+use crate::model::{Estimate, Fields, FigureErrors, Numerics, Scene, Shape, State, StepOutcome};
 use crate::problem::LEAST_DISTANCE;
 
 /// The number of elements along a side with less than which there is no estimate.
@@ -53,10 +51,10 @@ pub(crate) fn coarser(elements: [u32; 2]) -> Option<[u32; 2]> {
     elements.iter().all(|n| *n >= FEWEST).then(|| elements.map(|n| n.div_ceil(2)))
 }
 
-/// Returns the distance that a coarser grid with elements of length `coarse` along x rolls steadily,
-/// where the grid that was asked for, with elements of length `fine`, rolls by the given `distance`.
-/// The grid to compare with rolls the same. A mesh does not see distances below a tenth of its
-/// elements, though, and has a tenth of them in their place: from less than two tenths of an
+/// Returns the distance that a coarser grid with elements of length `coarse` along x rolls
+/// steadily, where the grid that was asked for, with elements of length `fine`, rolls by the given
+/// `distance`. The grid to compare with rolls the same. A mesh does not see distances below a tenth
+/// of its elements, though, and has a tenth of them in their place: from less than two tenths of an
 /// element on both grids the difference of the distances is small next to that of the elements.
 /// Still coarser grids roll as many elements as the grid to compare with.
 pub(crate) fn coarser_distance(distance: f64, fine: f64, coarse: f64) -> f64 {
@@ -74,6 +72,8 @@ pub(crate) struct PathSolution<'a> {
     pub(crate) steps: &'a [StepOutcome],
     /// The fields of the last increment.
     pub(crate) fields: &'a Fields,
+    /// The distance \[m\] that it has rolled in the last increment, if it rolls.
+    pub(crate) rolled: Option<f64>,
 }
 
 /// Estimates the errors at the end of a path from that of the same path on a coarser grid; `None`
@@ -81,18 +81,16 @@ pub(crate) struct PathSolution<'a> {
 pub(crate) fn estimate(
     scene: &Scene,
     numerics: &Numerics,
-    PathSolution { steps, fields }: PathSolution<'_>,
+    PathSolution { steps, fields, rolled }: PathSolution<'_>,
     coarse: PathSolution<'_>,
 ) -> Option<Estimate> {
     let (end, coarse_end) = (steps.last()?, coarse.steps.last()?);
-    let mut leg = *scene.loading.legs().last()?;
+    let leg = *scene.loading.legs().last()?;
     let steadily = leg.rolling.filter(|_| leg.is_steady());
     let unseen = steadily.map(|rolling| fields.element[0] - rolling.dq.unwrap_or(0.0));
-    // The coarser grid rolls by an element of its own, or as far.
-    let dq = steadily.map_or(Some(end.observables.element_x), |rolling| rolling.dq);
-    leg.rolling = leg.rolling.map(|rolling| Rolling { dq, ..rolling });
+    let share = rolled.zip(coarse.rolled).map_or(1.0, |(fine, coarse)| fine / coarse);
     let difference =
-        Errors::against_solution(coarse_end, coarse.fields, end, fields, &leg)?.figures;
+        Errors::at_share(coarse_end, coarse.fields, end, fields, &leg.target, share)?.figures;
     let size = |fields: &Fields| (fields.element[0] * fields.element[1]).sqrt();
     // The differences of first-order figures are errors times this.
     let gain = size(coarse.fields) / size(fields) - 1.0;

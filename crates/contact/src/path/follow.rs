@@ -258,6 +258,8 @@ struct Path {
     reached: PerDof<f64>,
     /// The displacements A p at the end of the path so far, if it rolls on.
     left: Vec<f64>,
+    /// The distance \[m\] of the last increment, if it rolls.
+    rolled: Option<f64>,
     /// The sums that certify the distance rolled last.
     ahead: Option<AheadSums>,
     /// The end of the path so far, in SI units.
@@ -293,6 +295,7 @@ impl Path {
             reached: start.motion,
             start,
             left: Vec::new(),
+            rolled: None,
             ahead: None,
             departure,
             leg_departure,
@@ -316,6 +319,7 @@ impl Path {
             self.leg_departure = self.departure;
         }
         let roll = setup.roll(leg, &self.problem);
+        self.rolled = roll.map(|roll| roll.distance);
         let Prepared { steady, history } =
             roll.map_or_else(Prepared::default, |roll| self.roll(roll, operators));
         if roll.is_none() {
@@ -453,9 +457,9 @@ impl Path {
         self.wearing.as_ref().map_or_else(Vec::new, |wearing| wearing.increments.clone())
     }
 
-    /// Returns the outcomes and the last fields.
+    /// Returns the outcomes, the last fields and the distance rolled last.
     fn solution(&self) -> PathSolution<'_> {
-        PathSolution { steps: &self.steps, fields: &self.fields }
+        PathSolution { steps: &self.steps, fields: &self.fields, rolled: self.rolled }
     }
 
     /// Returns the numbers of elements along x and y.

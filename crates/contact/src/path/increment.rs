@@ -142,13 +142,13 @@ pub(crate) fn certify_increment(
     Increment { status, outcome, fields, left, w }
 }
 
-/// Returns the largest tangential component of a field, blocks of `components`.
+/// Returns the largest tangential component of a field on Ω, blocks of `components`.
 pub(crate) fn largest_tangential(problem: &Problem, components: Components, field: &[f64]) -> f64 {
     components
         .directions()
         .zip(field.chunks_exact(problem.grid.len()))
         .filter(|(direction, _)| *direction != Direction::N)
-        .flat_map(|(_, block)| block)
+        .flat_map(|(_, block)| problem.grid.active().map(move |element| block[element]))
         .fold(0.0, |largest: f64, value| largest.max(value.abs()))
 }
 
@@ -252,7 +252,24 @@ fn work(iterate: &Iterate) -> WorkDone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Route;
+    use crate::model::{Numerics, Route, Shape, sphere_on_half_space};
+    use crate::punch::Surfaces;
+
+    /// What lies outside a disk is no part of the scale of the displacements under it.
+    #[test]
+    fn the_largest_component_is_one_on_the_sole() {
+        let mut scene = sphere_on_half_space();
+        scene.punch.shape = Shape::FlatDisk { radius: 1e-3 };
+        let numerics: Numerics = serde_json::from_str(r#"{"mesh": 8}"#).unwrap();
+        let problem = Problem::new(&scene, &numerics, &Surfaces::new()).unwrap();
+        let k = problem.grid.len();
+        let inside = problem.grid.active().next().unwrap();
+        assert!(!problem.grid.is_active(0), "the corner lies outside");
+        let mut field = vec![0.0; 3 * k];
+        (field[inside], field[k], field[k + inside], field[2 * k + inside]) = (9.0, 7.0, 2.0, -3.0);
+        assert_eq!(largest_tangential(&problem, Components::ALL, &field), 3.0);
+        assert_eq!(largest_tangential(&problem, Components::NORMAL, &field[..k]), 0.0);
+    }
 
     #[test]
     fn a_failure_names_the_force_that_is_not_carried() {

@@ -19,8 +19,8 @@ const LOOSE: f64 = 1e-4;
 /// The number of iterations of a method after which an increment is left as it is.
 const ITERATIONS: u32 = 100;
 
-/// Solves a `problem` that rolls steadily, at prescribed motions, with its `operator`. If no attempt
-/// finds a solution, the result is the one nearest to one.
+/// Solves a `problem` that rolls steadily, at prescribed motions, with its `operator`. If no
+/// attempt finds a solution, the result is the one nearest to one.
 pub(super) fn solve(
     problem: &mut Problem,
     operator: &Operator,
@@ -36,6 +36,7 @@ pub(super) fn solve(
     let still = operator.still(problem.mirror);
     let mut p = start.p.clone();
     let mut nearest = distance(problem, operator, &iterate.p);
+    iterate.operator_applications += 1;
     for _ in 0..ROUNDS {
         if iterate.stop == Stop::Converged || rule.is_cancelled() {
             break;
@@ -47,7 +48,8 @@ pub(super) fn solve(
         let tried = newton::solve(problem, operator, &conditions);
         let reached = distance(problem, operator, &tried.p);
         let route = Route::NewtonAndRolling;
-        let work = tried.operator_applications + applications + 2;
+        // The distance took an application too.
+        let work = tried.operator_applications + applications + 1;
         let tried = Iterate { route, operator_applications: work, ..tried };
         if tried.stop == Stop::Converged || reached < nearest {
             (iterate, nearest) = (tried.after(&iterate), reached);
@@ -167,6 +169,33 @@ mod tests {
         }
         assert!(distances[0] < 0.1 && distances[2] < 0.1 * distances[0], "{distances:?}");
     }
+
+    /// Returns the operator applications of an attempt and its rounds by [`unreachable`], each with
+    /// one application for the distance that it ends at.
+    fn applications(problem: &Problem, steady: &Operator, start: &Start) -> u64 {
+        let (mut problem, rule) = (problem.clone(), unreachable());
+        let controls = start.motion.map(Control::Motion);
+        let mut spent = 0;
+        let attempt = |problem: &mut Problem, start: &Start| {
+            let conditions = Conditions { controls: &controls, start, rule: &rule };
+            newton::solve(problem, steady, &conditions).operator_applications + 1
+        };
+        spent += attempt(&mut problem, start);
+        let still = steady.still(problem.mirror);
+        let mut p = start.p.clone();
+        for _ in 0..ROUNDS {
+            let path = PassingPath { still: &still, steady, rule: &rule };
+            spent += path.follow(&problem, &mut p, &start.motion);
+            spent += attempt(&mut problem, &Start::new(p.clone(), start.motion));
+        }
+        spent
+    }
+
+    /// Returns a rule that nothing meets.
+    fn unreachable() -> StopRule<'static> {
+        StopRule { tolerance: 1e-18, max_iterations: 1, cancellation: None }
+    }
+
     /// Where no attempt finds a solution, the nearest of them goes out: here the first one, from a
     /// start to which a path of loose increments does not come back.
     #[test]
@@ -177,11 +206,11 @@ mod tests {
         let nothing = Start::new(vec![0.0; problem.f.len()], motion);
         let exact = solve(&mut problem, &steady, &nothing, &rule);
         let near = distance(&problem, &steady, &exact.p);
-        let unreachable = StopRule { tolerance: 1e-18, max_iterations: 1, cancellation: None };
         let start = Start::new(exact.p, motion);
-        let left = solve(&mut problem, &steady, &start, &unreachable);
+        let left = solve(&mut problem, &steady, &start, &unreachable());
         assert_eq!(left.route, Route::NewtonAndRolling);
         assert!(left.stop != Stop::Converged, "{:?}", left.stop);
+        assert_eq!(left.operator_applications, applications(&problem, &steady, &start));
         let reached = distance(&problem, &steady, &left.p);
         assert!(reached <= near, "{reached:e} after {near:e}");
     }

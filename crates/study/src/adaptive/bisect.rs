@@ -38,7 +38,7 @@ pub(super) fn read_bisect(
 ) -> Option<Adaptive> {
     let [axis, on, to] = fields(&BISECT, node, ["axis", "on", "to"], mistakes)?;
     let span = on.span();
-    let on = read::text("bisect.on", on).map_err(|mistake| mistakes.push(mistake)).ok();
+    let on = read::condition("bisect.on", on).map_err(|mistake| mistakes.push(mistake)).ok();
     let to = read::proportion("bisect.to", to).map_err(|mistake| mistakes.push(mistake)).ok();
     let axis = ascending_axis("bisect.axis", axis, groups, "halved", mistakes);
     Some(Adaptive::Bisect { axis: axis?, on: on?, span, to: to? })

@@ -394,6 +394,27 @@ fn keys_are_found_by_path_column_table_and_part() {
         assert_eq!(paths(name), ["scene.friction.mu"]);
     }
     assert_eq!(paths("loading.steps[3].shift_x"), ["scene.loading.steps[i].shift_x"]);
+    for (column, path) in [
+        ("shift_x", "scene.loading.steps[i].shift_x"),
+        ("step1_shift_x", "scene.loading.steps[i].shift_x"),
+        ("step0_increments", "scene.loading.steps[i].increments"),
+        ("layer0_thickness", "scene.foundation.layers[i].thickness"),
+        ("layer12_thickness", "scene.foundation.layers[i].thickness"),
+    ] {
+        assert_eq!(paths(column), [path], "{column}");
+    }
+    let columns = |path: &str| {
+        let key = matching(path)[0].keys[0].clone();
+        (key.column, key.second_column)
+    };
+    let named = |name: &str| Some(name.to_owned());
+    assert_eq!(columns("friction.mu"), (named("mu"), None));
+    assert_eq!(columns("loading.steps[0].shift_x"), (named("shift_x"), named("step1_shift_x")));
+    assert_eq!(
+        columns("foundation.layers[0].thickness"),
+        (named("layer0_thickness"), named("layer1_thickness"))
+    );
+    assert_eq!(columns("bisect.to"), (None, None));
     assert_eq!(paths("bisect"), ["bisect.axis", "bisect.on", "bisect.to"]);
     assert!(paths("loading").len() > 20);
     assert!(paths("youngs").len() == 3);

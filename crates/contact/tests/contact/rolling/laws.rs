@@ -229,8 +229,8 @@ fn creeping() -> [([f64; 2], Rolling); 5] {
     ]
 }
 
-/// Returns what estimates of creep forces are over their errors, on some meshes. The limit is what a
-/// mesh of 192 elements finds, or if errors are of first order what two fine meshes lead to.
+/// Returns what estimates of creep forces are over their errors, on some meshes. The limit is what
+/// a mesh of 192 elements finds, or if errors are of first order what two fine meshes lead to.
 fn estimates_over_errors(pair: [f64; 2], rolling: Rolling, is_first_order: bool) -> Vec<f64> {
     let solved = |n: u32| {
         let numerics = numerics(Mesh::Across(n), Projection::Average, 1e-8);
@@ -300,6 +300,26 @@ fn creep_forces_by_a_given_distance_are_as_near_as_they_are_estimated() {
         }
     }
     require_covered(ratios, 8.0);
+}
+
+/// The coarser grid rolls a tenth of its own elements where it cannot roll as little as the grid that
+/// was asked for. Motions are compared over the same distance then too.
+#[test]
+fn motions_by_a_small_distance_are_compared_over_the_same_distance() {
+    // Elements of 0.15 and 0.3, of which tenths are 0.015 and 0.03.
+    let numerics = numerics(Mesh::Across(16), Projection::Average, 1e-8);
+    let estimated = |dq: f64| {
+        let free = Rolling { creepage_x: None, dq: Some(dq), ..rolling(RollingHistory::Steady) };
+        let mut scene = sphere(PAIR, free);
+        let step = &mut scene.loading.steps[0];
+        step.force_x = step.normal_force.map(|load| 0.12 * load);
+        let (outcome, _) =
+            solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+        assert_eq!(outcome.status, Status::Certified);
+        outcome.estimate.unwrap().figures.shift.unwrap()
+    };
+    let [clamped, same] = [0.016, 0.031].map(estimated);
+    assert!(clamped < 0.3 && clamped < 2.0 * same, "{clamped:e} {same:e}");
 }
 
 /// A distance that nothing else divides is divided by the elements, on every grid by those of the
