@@ -28,8 +28,11 @@ pub(super) fn follow(page: &Page) -> Vec<String> {
         let before = findings.len();
         if let Some(file) = block.marked("# file:") {
             place.write(file, &block.text);
-            if block.language == "toml" {
-                findings.extend(unplanned(&place, file));
+            if block.language == "toml"
+                && let Some(said) = unplanned(&place, file)
+                && !is_shown(page, file, &said)
+            {
+                findings.push(said);
             }
         } else if let Some(file) = block.marked("# change:") {
             findings.extend(change(&place, file, block));
@@ -127,12 +130,23 @@ fn hidden(output: &str) -> String {
     text
 }
 
-/// Returns why a study cannot be planned, if it ought to be.
+/// Returns why a study cannot be planned.
 fn unplanned(place: &Place, file: &str) -> Option<String> {
-    // A study with a mistake in it is planned by the page itself, which shows what is said of it.
     let said = place.call(&format!("plan {file} --store nowhere"));
-    let is_shown = said.err.starts_with("error: unknown key");
-    (said.code != 0 && !is_shown).then_some(said.err)
+    (said.code != 0).then_some(said.err)
+}
+
+/// Tells whether a page plans a file itself and shows just this error, because the mistake in it is
+/// there to be seen.
+fn is_shown(page: &Page, file: &str, error: &str) -> bool {
+    let mut sessions = page.blocks.iter().filter(|block| block.language == "console");
+    sessions.any(|session| {
+        typed(&session.text).iter().any(|Typed { command, expected }| {
+            let is_of_file = command.split_whitespace().any(|word| word == file);
+            let is_error = expected.first().is_some_and(|line| line.starts_with("error:"));
+            is_of_file && is_error && is_met(expected, &error.lines().collect::<Vec<_>>())
+        })
+    })
 }
 
 /// Makes a change of a file that a page asks for: pairs of lines `# from:` and `# to:`.
