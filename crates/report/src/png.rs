@@ -5,6 +5,7 @@
 //! of pixels. So their few elements are read here and drawn by `tiny_skia`, on which those crates
 //! stand too, and a part that is not known here is refused.
 
+mod allowed;
 mod canvas;
 mod glyphs;
 mod path_data;
@@ -70,7 +71,7 @@ pub fn png(svg: &str, dots_per_inch: f64) -> Result<Vec<u8>, PngError> {
         return Err(too_large);
     }
     let size = (width as u32, height as u32);
-    let Some(mut canvas) = Canvas::new(root, size, scale as f32) else { return Err(too_large) };
+    let Some(mut canvas) = Canvas::new(root, size, scale as f32)? else { return Err(too_large) };
     for node in root.children().filter(roxmltree::Node::is_element) {
         canvas.add(node)?;
     }
