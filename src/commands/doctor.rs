@@ -20,7 +20,7 @@ use crate::threads;
 struct Diagnosis {
     /// It is true if a run can be done here.
     possible: bool,
-    /// The number of workers that a run would have.
+    /// The largest number of workers that a run would have; what a study needs may leave fewer.
     workers: usize,
     observations: Vec<Observation>,
 }
@@ -49,7 +49,7 @@ fn examine(args: &DoctorArgs) -> Diagnosis {
         surroundings::machine(),
         resources::cores(cores),
         resources::memory(),
-        resources::shared_memory(limited.as_ref()),
+        resources::shared_memory(cores),
         resources::open_files(),
         resources::threads(),
         resources::temporary_files(),
@@ -79,7 +79,9 @@ fn words(diagnosis: &Diagnosis) -> String {
     text += "\n";
     text += &match (diagnosis.possible, diagnosis.workers) {
         (true, 1) => "A run is possible here, with 1 worker at a time.\n".to_owned(),
-        (true, workers) => format!("A run is possible here, with {workers} workers at a time.\n"),
+        (true, workers) => {
+            format!("A run is possible here, with up to {workers} workers at a time.\n")
+        }
         (false, _) => {
             let missing = diagnosis.observations.iter();
             let missing = missing.filter(|seen| seen.soundness == Soundness::Missing);
