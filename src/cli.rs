@@ -132,7 +132,7 @@ pub(crate) enum Command {
     Store(StoreCommand),
     /// Say what this machine gives a run, what is short and what to do about it; solves one scene
     #[command(
-        after_help = "Examples:\n  tribosweep doctor\n  tribosweep doctor --store /scratch/.tribosweep     where the results are to be kept\n  tribosweep doctor --json\n\nA worker is started and its result kept in a directory that is removed again.\n\nExit codes: 0 a run is possible, 1 it is not."
+        after_help = "Examples:\n  tribosweep doctor\n  tribosweep doctor --store /scratch/.tribosweep     where the results are to be kept\n  tribosweep doctor --json\n\nA worker is started and its result kept in a directory that is removed again.\n\nExit codes: 0 a run is possible, 1 it is not, 130 interrupted."
     )]
     Doctor(DoctorArgs),
     /// Say what a study file may have: keys with their values, bounds, defaults and meanings

@@ -34,6 +34,7 @@ mod merge_rules;
 mod merged;
 mod one_result;
 mod output;
+mod patience;
 mod progress;
 mod proposal;
 mod reference_pages;

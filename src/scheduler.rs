@@ -3,16 +3,34 @@
 
 use std::io::ErrorKind;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
 use crate::output;
+use crate::patience::answer_within;
 use crate::slurm::{ControllerConfig, Resources, SbatchCall};
 
 /// Returns the limits of the controller. A dry run does without one.
 pub(crate) fn controller_config(is_dry_run: bool) -> Result<ControllerConfig> {
-    match slurm_program("scontrol").args(["show", "config"]).output() {
+    config_of(controller_question().output(), is_dry_run)
+}
+
+/// Returns the limits of a controller that answers in time.
+pub(crate) fn controller_config_within(limit: Duration) -> Result<ControllerConfig> {
+    config_of(answer_within(&mut controller_question(), limit), false)
+}
+
+/// Returns the program that asks the controller for its limits.
+fn controller_question() -> Command {
+    let mut scontrol = slurm_program("scontrol");
+    scontrol.args(["show", "config"]);
+    scontrol
+}
+
+fn config_of(answer: std::io::Result<Output>, is_dry_run: bool) -> Result<ControllerConfig> {
+    match answer {
         Ok(output) if output.status.success() => {
             Ok(ControllerConfig::parse(&String::from_utf8_lossy(&output.stdout)))
         }

@@ -6,6 +6,7 @@ mod observation;
 mod resources;
 mod surroundings;
 mod trial;
+mod trial_place;
 
 use anyhow::Result;
 use serde::Serialize;
@@ -18,9 +19,9 @@ use crate::threads;
 /// The observations of a machine, and what follows from them.
 #[derive(Serialize)]
 struct Diagnosis {
-    /// It is true if a run can be done here.
-    possible: bool,
-    /// The number of workers that a run would have.
+    /// It is true if a run can be done here. Nothing is known if the trial was interrupted.
+    possible: Option<bool>,
+    /// The largest number of workers that a run would have; what a study needs may leave fewer.
     workers: usize,
     observations: Vec<Observation>,
 }
@@ -33,7 +34,11 @@ pub(crate) fn doctor(args: &DoctorArgs) -> Result<Finish> {
     } else {
         output::print(&words(&diagnosis))?;
     }
-    Ok(if diagnosis.possible { Finish::AllDone } else { Finish::Mistake })
+    Ok(match diagnosis.possible {
+        Some(true) => Finish::AllDone,
+        Some(false) => Finish::Mistake,
+        None => Finish::Interrupted,
+    })
 }
 
 fn examine(args: &DoctorArgs) -> Diagnosis {
@@ -49,7 +54,7 @@ fn examine(args: &DoctorArgs) -> Diagnosis {
         surroundings::machine(),
         resources::cores(cores),
         resources::memory(),
-        resources::shared_memory(limited.as_ref()),
+        resources::shared_memory(cores),
         resources::open_files(),
         resources::threads(),
         resources::temporary_files(),
@@ -59,7 +64,7 @@ fn examine(args: &DoctorArgs) -> Diagnosis {
         surroundings::slurm(),
         surroundings::python(),
     ];
-    let mut workers = 0;
+    let (mut workers, mut is_interrupted) = (0, false);
     match (process, room) {
         (Err(error), _) => {
             observations.push(Observation::missing("limits", output::words(&error)));
@@ -67,10 +72,13 @@ fn examine(args: &DoctorArgs) -> Diagnosis {
         (Ok(()), room) => {
             workers = room.flatten().map_or(cores, |room| room.workers);
             observations.push(resources::workers(cores, limited.as_ref()));
-            observations.push(trial::trial(store));
+            let seen = trial::trial(store);
+            is_interrupted = seen.is_none();
+            observations.extend(seen);
         }
     }
-    let possible = observations.iter().all(|seen| seen.soundness != Soundness::Missing);
+    let is_complete = observations.iter().all(|seen| seen.soundness != Soundness::Missing);
+    let possible = (!is_interrupted).then_some(is_complete);
     Diagnosis { possible, workers, observations }
 }
 
@@ -78,9 +86,15 @@ fn words(diagnosis: &Diagnosis) -> String {
     let mut text: String = diagnosis.observations.iter().map(Observation::words).collect();
     text += "\n";
     text += &match (diagnosis.possible, diagnosis.workers) {
-        (true, 1) => "A run is possible here, with 1 worker at a time.\n".to_owned(),
-        (true, workers) => format!("A run is possible here, with {workers} workers at a time.\n"),
-        (false, _) => {
+        (None, _) => {
+            "Interrupted during the trial, so that it is not known whether a run is possible.\n"
+                .to_owned()
+        }
+        (Some(true), 1) => "A run is possible here, with 1 worker at a time.\n".to_owned(),
+        (Some(true), workers) => {
+            format!("A run is possible here, with up to {workers} workers at a time.\n")
+        }
+        (Some(false), _) => {
             let missing = diagnosis.observations.iter();
             let missing = missing.filter(|seen| seen.soundness == Soundness::Missing);
             let subjects: Vec<&str> = missing.map(|seen| seen.subject).collect();

@@ -1,5 +1,6 @@
 //! The font and the measure of text. Lengths are pixels of 1/96 inch.
 
+use std::ops::RangeInclusive;
 use std::sync::LazyLock;
 
 use skrifa::instance::{LocationRef, Size};
@@ -25,10 +26,39 @@ static ADVANCES: LazyLock<Vec<(u32, f32)>> = LazyLock::new(|| {
     advances
 });
 
+/// The characters without a look of their own, whose font need not have them: Unicode's
+/// `Default_Ignorable_Code_Point`.
+const IGNORABLE: [RangeInclusive<char>; 17] = [
+    '\u{AD}'..='\u{AD}',
+    '\u{34F}'..='\u{34F}',
+    '\u{61C}'..='\u{61C}',
+    '\u{115F}'..='\u{1160}',
+    '\u{17B4}'..='\u{17B5}',
+    '\u{180B}'..='\u{180F}',
+    '\u{200B}'..='\u{200F}',
+    '\u{202A}'..='\u{202E}',
+    '\u{2060}'..='\u{206F}',
+    '\u{3164}'..='\u{3164}',
+    '\u{FE00}'..='\u{FE0F}',
+    '\u{FEFF}'..='\u{FEFF}',
+    '\u{FFA0}'..='\u{FFA0}',
+    '\u{FFF0}'..='\u{FFF8}',
+    '\u{1BCA0}'..='\u{1BCA3}',
+    '\u{1D173}'..='\u{1D17A}',
+    '\u{E0000}'..='\u{E0FFF}',
+];
+
+/// Tells whether a character has no look of its own, such as a break without width or a selector of
+/// a variant.
+pub(crate) fn is_ignorable(c: char) -> bool {
+    IGNORABLE.iter().any(|range| range.contains(&c))
+}
+
 /// Returns the width of a line of text. Characters that the font lacks count as one em, which no
-/// font exceeds by much.
+/// font exceeds by much; those without a look of their own have no width.
 pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     let advance = |c: char| match ADVANCES.binary_search_by_key(&u32::from(c), |&(c, _)| c) {
+        _ if is_ignorable(c) => 0.0,
         Ok(i) => f64::from(ADVANCES[i].1),
         Err(_) => 1.0,
     };
@@ -83,6 +113,14 @@ mod tests {
     fn text_is_measured_as_arial() {
         // Widths of Arial in units of 1/2048 em: A 1366, digits 1139, blank 569.
         assert!((text_width("A0 ", 2048.0) - (1366.0 + 1139.0 + 569.0)).abs() < 1.0);
+    }
+
+    #[test]
+    fn characters_without_a_look_have_no_width() {
+        let width = |text| text_width(text, 100.0);
+        assert_eq!(width("a\u{AD}b\u{200B}c\u{FE0F}\u{E0100}"), width("abc"));
+        // The font has no letters of Chinese.
+        assert_eq!(width("面"), 100.0);
     }
 
     #[test]

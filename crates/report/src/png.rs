@@ -5,14 +5,17 @@
 //! of pixels. So their few elements are read here and drawn by `tiny_skia`, on which those crates
 //! stand too, and a part that is not known here is refused.
 
+mod allowed;
+mod attribute;
 mod fault;
 mod glyphs;
 mod path_data;
 mod pixel_canvas;
 
+use attribute::{SVG, number};
 use fault::LARGEST;
 pub use fault::PngError;
-use pixel_canvas::{PixelCanvas, SVG, number};
+use pixel_canvas::PixelCanvas;
 
 /// Draws an SVG made by this crate as an opaque 8-bit RGB picture.
 ///
@@ -40,7 +43,7 @@ pub fn png(svg: &str, dots_per_inch: f64) -> Result<Vec<u8>, PngError> {
         return Err(too_large);
     }
     let size = (width as u32, height as u32);
-    let Some(mut canvas) = PixelCanvas::new(root, size, scale as f32) else {
+    let Some(mut canvas) = PixelCanvas::new(root, size, scale as f32)? else {
         return Err(too_large);
     };
     for node in root.children().filter(roxmltree::Node::is_element) {

@@ -197,8 +197,9 @@ fn room_in_threads(granted: usize, threads: usize) -> Room {
     }
 }
 
-/// Returns how many channels have room in shared memory, if they are fewer than `wanted`.
-pub(crate) fn shared_memory_for(wanted: usize) -> Option<Room> {
+/// Returns how many workers have room in shared memory for their channels, if they are fewer than
+/// `wanted`.
+pub fn shared_memory_for(wanted: usize) -> Option<Room> {
     let free = free_shared_memory()?;
     let workers = (free.saturating_sub(RESERVE) / CHANNEL) as usize;
     (workers < wanted).then(|| Room {

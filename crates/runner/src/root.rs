@@ -232,10 +232,13 @@ pub struct SharedMemory {
     pub free: u64,
 }
 
-/// Returns how much shared memory there is, or `None` if the system does not tell.
-pub fn shared_memory() -> Option<SharedMemory> {
-    let volume = rustix::fs::statvfs(SHARED_MEMORY).ok()?;
-    Some(SharedMemory {
+/// Returns how much shared memory there is.
+///
+/// # Errors
+/// The system does not tell; that it is not there is [`ErrorKind::NotFound`].
+pub fn shared_memory() -> std::io::Result<SharedMemory> {
+    let volume = rustix::fs::statvfs(SHARED_MEMORY)?;
+    Ok(SharedMemory {
         size: volume.f_blocks.saturating_mul(volume.f_frsize),
         free: volume.f_bavail.saturating_mul(volume.f_frsize),
     })
@@ -243,7 +246,7 @@ pub fn shared_memory() -> Option<SharedMemory> {
 
 /// Returns the free shared memory \[bytes\], or `None` if the system does not tell.
 pub(crate) fn free_shared_memory() -> Option<u64> {
-    shared_memory().map(|memory| memory.free)
+    shared_memory().ok().map(|memory| memory.free)
 }
 
 fn new_tag() -> std::io::Result<String> {

@@ -1,11 +1,12 @@
 //! Resources that the system gives: cores, memory, shared memory, files, threads, places for files.
 
 use std::fs;
+use std::io::{self, ErrorKind};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use indicatif::BinaryBytes;
-use runner::{Room, SHARED_MEMORY};
+use runner::{Room, SHARED_MEMORY, SharedMemory};
 
 use super::observation::Observation;
 use crate::execution::usual_memory;
@@ -69,18 +70,37 @@ pub(super) fn memory() -> Observation {
     Observation::fine("memory", found)
 }
 
-/// Says how much shared memory there is; `limited` is the room for workers if something limits it.
-pub(super) fn shared_memory(limited: Option<&Room>) -> Observation {
+/// Says how much shared memory there is, and whether it has room for as many workers as cores.
+pub(super) fn shared_memory(cores: usize) -> Observation {
+    shared_memory_of(runner::shared_memory(), runner::shared_memory_for(cores).as_ref())
+}
+
+/// Judges shared memory; `limited` is the room for workers in it, if that is not enough.
+fn shared_memory_of(memory: io::Result<SharedMemory>, limited: Option<&Room>) -> Observation {
     let subject = "shared memory";
-    let Some(memory) = runner::shared_memory() else {
-        return Observation::missing(subject, format!("there is no {SHARED_MEMORY}"))
-            .advised(format!("mount a tmpfs at {SHARED_MEMORY}"));
+    let memory = match memory {
+        Ok(memory) => memory,
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            return Observation::missing(subject, format!("there is no {SHARED_MEMORY}"))
+                .advised(format!("mount a tmpfs at {SHARED_MEMORY}"));
+        }
+        Err(error) => {
+            return Observation::short(
+                subject,
+                format!("the system does not say how much {SHARED_MEMORY} has: {error}"),
+                "the run below shows whether it can be used",
+            );
+        }
     };
     let (size, free) = (BinaryBytes(memory.size), BinaryBytes(memory.free));
     let found = format!("{SHARED_MEMORY} has {size}, {free} free");
-    if limited.is_some_and(|room| room.reason.contains(SHARED_MEMORY)) {
-        let advice = "give a container more (`docker run --shm-size=1g`), or remove what fills it";
-        return Observation::short(subject, found, advice);
+    if let Some(room) = limited {
+        let workers = count(room.workers, "worker", "workers");
+        return Observation::short(
+            subject,
+            format!("{found}: room for {workers}"),
+            "give a container more (`docker run --shm-size=1g`), or remove what fills it",
+        );
     }
     Observation::fine(subject, found)
 }
@@ -179,7 +199,24 @@ fn kind_of_mount(mounts: &str, number: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::observation::Soundness;
     use super::*;
+
+    #[test]
+    fn shared_memory_is_short_if_it_holds_too_few_workers_or_is_not_known() {
+        let memory = || Ok(SharedMemory { size: 64 << 20, free: 1 << 20 });
+        assert_eq!(shared_memory_of(memory(), None).soundness, Soundness::Fine);
+        let room = Room { workers: 1, reason: "it is full".to_owned() };
+        let short = shared_memory_of(memory(), Some(&room));
+        assert_eq!(short.soundness, Soundness::Short);
+        assert!(short.found.ends_with("1.00 MiB free: room for 1 worker"), "{}", short.found);
+        let nowhere = shared_memory_of(Err(ErrorKind::NotFound.into()), None);
+        assert_eq!(nowhere.soundness, Soundness::Missing);
+        assert_eq!(nowhere.found, "there is no /dev/shm");
+        let unknown = shared_memory_of(Err(ErrorKind::PermissionDenied.into()), None);
+        assert_eq!(unknown.soundness, Soundness::Short);
+        assert!(unknown.found.ends_with("/dev/shm has: permission denied"), "{}", unknown.found);
+    }
 
     #[test]
     fn cores_are_told_from_those_that_others_have() {

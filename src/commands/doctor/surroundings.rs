@@ -1,13 +1,15 @@
 //! Things that stand around the program: the machine, the clock, the locale, Slurm, Python.
 
-use std::process::{Command, Stdio};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::io::{ErrorKind, Result};
+use std::process::{Command, Output};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use super::observation::Observation;
 use crate::account::program_words;
 use crate::machine::{this_machine, this_program};
 use crate::output;
-use crate::scheduler::controller_config;
+use crate::patience::answer_within;
+use crate::scheduler::controller_config_within;
 use crate::words::time_words;
 
 /// The beginning of the year 2026, before which no program of this version was built [s since
@@ -17,11 +19,20 @@ const EARLIEST: u64 = 1_767_225_600;
 /// The most characters that are said of a controller that does not answer.
 const LONGEST: usize = 200;
 
-/// Asks a Python for its version and that of the package.
-const ASK_PYTHON: &str = "import importlib.metadata as m, platform\n\
-                          print(platform.python_version())\n\
-                          try: print(m.version('tribosweep'))\n\
-                          except m.PackageNotFoundError: pass";
+/// The time for which another program is waited for.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Asks a Python for its version and that of the package. It is isolated, so that no file of the
+/// working directory is taken for a module; the user's own packages are named to it instead, which
+/// a virtual environment does not see.
+const ASK_PYTHON: &str = "
+import importlib.metadata as m, platform, site, sys
+print(platform.python_version())
+if sys.prefix == sys.base_prefix:
+    sys.path.append(site.getusersitepackages())
+try: print(m.version('tribosweep'))
+except m.PackageNotFoundError: pass
+";
 
 /// Says which program this is.
 pub(super) fn program() -> Observation {
@@ -74,7 +85,7 @@ pub(super) fn slurm() -> Observation {
     if !is_there {
         return Observation::fine("slurm", format!("{job}not installed; `submit` needs it"));
     }
-    match controller_config(false) {
+    match controller_config_within(PATIENCE) {
         Ok(config) => {
             Observation::fine("slurm", format!("{job}MaxArraySize is {}", config.array_size))
         }
@@ -88,14 +99,22 @@ pub(super) fn slurm() -> Observation {
 
 /// Says whether the Python of the PATH has the package.
 pub(super) fn python() -> Observation {
-    let answer = Command::new("python3").args(["-c", ASK_PYTHON]).stdin(Stdio::null()).output();
-    let said = answer.ok().filter(|output| output.status.success());
-    python_of(said.map(|output| String::from_utf8_lossy(&output.stdout).into_owned()).as_deref())
+    python_of(answer_within(Command::new("python3").args(["-I", "-B", "-c", ASK_PYTHON]), PATIENCE))
 }
 
 /// Judges Python by its version and that of the package, a line each.
-fn python_of(said: Option<&str>) -> Observation {
-    let mut lines = said.unwrap_or_default().lines();
+fn python_of(answer: Result<Output>) -> Observation {
+    let said = match answer {
+        Ok(output) if output.status.success() => output.stdout,
+        Ok(_) => Vec::new(),
+        Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
+        Err(error) => {
+            let found = format!("python3 cannot be asked: {error}; only the package needs it");
+            return Observation::fine("python", found);
+        }
+    };
+    let said = String::from_utf8_lossy(&said);
+    let mut lines = said.lines();
     let install = "the package is not installed (`pip install ./python` in the sources)";
     match (lines.next(), lines.next()) {
         (None, _) => Observation::fine("python", "no python3 answers; only the package needs it"),
@@ -116,6 +135,8 @@ fn python_of(said: Option<&str>) -> Observation {
 
 #[cfg(test)]
 mod tests {
+    use std::process::ExitStatus;
+
     use super::super::observation::Soundness;
     use super::*;
 
@@ -135,12 +156,25 @@ mod tests {
 
     #[test]
     fn a_package_of_another_version_is_noticed() {
-        let own = format!("3.13.5\n{}\n", env!("CARGO_PKG_VERSION"));
-        assert_eq!(python_of(Some(&own)).soundness, Soundness::Fine);
-        let other = python_of(Some("3.13.5\n0.0.1\n"));
+        let judged = |said: &str| {
+            python_of(Ok(Output {
+                status: ExitStatus::default(),
+                stdout: said.into(),
+                stderr: Vec::new(),
+            }))
+        };
+        let own = judged(&format!("3.13.5\n{}\n", env!("CARGO_PKG_VERSION")));
+        assert_eq!(own.soundness, Soundness::Fine);
+        let other = judged("3.13.5\n0.0.1\n");
         assert_eq!(other.soundness, Soundness::Short);
         assert!(other.found.contains("tribosweep 0.0.1"), "{}", other.found);
-        assert!(python_of(Some("3.13.5\n")).found.contains("pip install"));
-        assert!(python_of(None).found.contains("no python3 answers"));
+        assert!(judged("3.13.5\n").found.contains("pip install"));
+        for (kind, words) in [
+            (ErrorKind::NotFound, "no python3 answers"),
+            (ErrorKind::TimedOut, "python3 cannot be asked: timed out"),
+        ] {
+            let seen = python_of(Err(kind.into()));
+            assert!(seen.found.starts_with(words), "{}", seen.found);
+        }
     }
 }

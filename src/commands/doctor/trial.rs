@@ -1,16 +1,16 @@
-//! A run of one job, in a store of its own beside or in the one that is asked about.
+//! A run of one job, in a store of its own beside the one that is asked about.
 
 use std::collections::HashSet;
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
-use runner::Interrupt;
+use anyhow::{Context, Result, anyhow, bail};
+use runner::{Event, EventKind, Interrupt};
 use store::Store;
 use study::{Record, Study};
 
 use super::observation::Observation;
-use super::resources::directory_of;
+use super::trial_place::trial_place;
 use crate::account::this_run;
 use crate::execution::single_worker;
 use crate::failure_limit::FailureCount;
@@ -32,42 +32,59 @@ loading.steps = [{ approach = "20 um", shift_x = "1 um" }]
 mesh = 12
 "#;
 
-/// Runs the job with a worker of its own, and says how that went.
-pub(super) fn trial(store: &Path) -> Observation {
+/// Runs the job with a worker of its own, and says how that went; `None` if it was interrupted.
+pub(super) fn trial(store: &Path) -> Option<Observation> {
     let start = Instant::now();
-    match run(store) {
-        Ok(()) => Observation::fine(
+    let outcome = interrupt().and_then(|interrupt| run(store, &interrupt));
+    match outcome {
+        Ok(true) => Some(Observation::fine(
             "a run",
             format!(
                 "a worker solved a scene over shared memory, its certified result was kept: {}",
                 duration(start.elapsed().as_secs_f64())
             ),
-        ),
-        Err(error) => Observation::missing("a run", output::words(&error)),
+        )),
+        Ok(false) => None,
+        Err(error) => Some(Observation::missing("a run", output::words(&error))),
     }
 }
 
-fn run(store: &Path) -> Result<()> {
-    let parent = directory_of(store)
-        .with_context(|| format!("no directory can be made at {}", store.display()))?;
-    let place = tempfile::Builder::new().prefix("doctor-").tempdir_in(&parent);
-    let place = place.with_context(|| format!("cannot write in {}", parent.display()))?;
+/// Returns the interrupt that signals raise from now on.
+fn interrupt() -> Result<Interrupt> {
+    let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
+    runner::raise_on_signals(&interrupt).context("cannot prepare for Ctrl-C")?;
+    Ok(interrupt)
+}
+
+/// Runs the job, and tells whether it ended before the interrupt came.
+fn run(store: &Path, interrupt: &Interrupt) -> Result<bool> {
+    let place = trial_place(store)?;
     let study = Study::parse(STUDY, "doctor", &mut |_| Err("it names no file".to_owned()))?;
     let store = Store::open(place.path())?;
     let jobs = JobList::of(&study)?;
     let JobsLeft { tasks, texts, .. } =
         jobs.left(&study, &WrittenStore::new(&store), false, &HashSet::new())?;
-    let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
-    runner::raise_on_signals(&interrupt).context("cannot prepare for Ctrl-C")?;
     let account = this_run(&study, None);
     let mut failures = FailureCount::default();
-    runner::run(
+    let mut last = None;
+    let outcome = runner::run(
         tasks,
         &mut StoreLedger::new(&store, texts, None, &account, &mut failures),
         &single_worker(place.path())?,
-        &interrupt,
-        &mut |_| {},
-    )?;
+        interrupt,
+        &mut |event| last = failure(event).or(last.take()),
+    );
+    let certified = outcome.map_err(anyhow::Error::from).and_then(|summary| {
+        if summary.unfinished > 0 {
+            return Ok(false);
+        }
+        require_certified(&store, &jobs).map(|()| true)
+    });
+    certified.map_err(|error| with_cause(error, last))
+}
+
+/// Fails if a job of the trial has no certified result.
+fn require_certified(store: &Store, jobs: &JobList) -> Result<()> {
     for key in jobs.keys() {
         let bytes = store.get(&key)?.context("its result is not in the store")?;
         let record = Record::decode(&bytes)?;
@@ -76,4 +93,52 @@ fn run(store: &Path) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Returns what an event says of a failure, if it is one.
+fn failure(event: &Event) -> Option<String> {
+    match &event.kind {
+        EventKind::WorkerLost { how, .. } => Some(format!("the worker is lost: {how}")),
+        EventKind::Retried { reason, .. }
+        | EventKind::Returned { reason, .. }
+        | EventKind::Postponed { reason, .. }
+        | EventKind::Quarantined { reason, .. } => Some(reason.clone()),
+        _ => None,
+    }
+}
+
+/// Adds what failed last to an error that does not say it.
+fn with_cause(error: anyhow::Error, last: Option<String>) -> anyhow::Error {
+    let words = output::words(&error);
+    match last {
+        Some(last) if !words.contains(&last) => anyhow!("{words}; before that: {last}"),
+        _ => error,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trial_that_is_interrupted_is_no_finding() {
+        let place = tempfile::tempdir().unwrap();
+        let interrupt = Interrupt::new().unwrap();
+        // Twice, so that the worker is not waited for.
+        interrupt.raise();
+        interrupt.raise();
+        assert!(!run(&place.path().join("store"), &interrupt).unwrap());
+        assert_eq!(place.path().read_dir().unwrap().count(), 0);
+    }
+
+    #[test]
+    fn the_cause_of_a_lost_worker_is_said() {
+        // The program of this test is no worker: it ends at once.
+        let place = tempfile::tempdir().unwrap();
+        let error = run(&place.path().join("store"), &Interrupt::new().unwrap()).unwrap_err();
+        assert!(output::words(&error).contains("exit status"), "{}", output::words(&error));
+        let said = |last: &str| output::words(&with_cause(anyhow!("no result"), Some(last.into())));
+        assert_eq!(said("signal 9"), "no result; before that: signal 9");
+        assert_eq!(said("no result"), "no result");
+    }
 }

@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use clap::error::{ContextKind, ErrorKind};
+
 use super::expected::is_met;
 use super::page::{Block, Page};
 use super::{ROOT, files_below};
@@ -28,8 +30,11 @@ pub(super) fn follow(page: &Page) -> Vec<String> {
         let before = findings.len();
         if let Some(file) = block.marked("# file:") {
             place.write(file, &block.text);
-            if block.language == "toml" {
-                findings.extend(unplanned(&place, file));
+            if block.language == "toml"
+                && let Some(said) = unplanned(&place, file)
+                && !is_shown(page, file, &said)
+            {
+                findings.push(said);
             }
         } else if let Some(file) = block.marked("# change:") {
             findings.extend(change(&place, file, block));
@@ -127,12 +132,23 @@ fn hidden(output: &str) -> String {
     text
 }
 
-/// Returns why a study cannot be planned, if it ought to be.
+/// Returns why a study cannot be planned.
 fn unplanned(place: &Place, file: &str) -> Option<String> {
-    // A study with a mistake in it is planned by the page itself, which shows what is said of it.
     let said = place.call(&format!("plan {file} --store nowhere"));
-    let is_shown = said.err.starts_with("error: unknown key");
-    (said.code != 0 && !is_shown).then_some(said.err)
+    (said.code != 0).then_some(said.err)
+}
+
+/// Tells whether a page plans a file itself and shows just this error, because the mistake in it is
+/// there to be seen.
+fn is_shown(page: &Page, file: &str, error: &str) -> bool {
+    let mut sessions = page.blocks.iter().filter(|block| block.language == "console");
+    sessions.any(|session| {
+        typed(&session.text).iter().any(|Typed { command, expected }| {
+            let is_of_file = command.split_whitespace().any(|word| word == file);
+            let is_error = expected.first().is_some_and(|line| line.starts_with("error:"));
+            is_of_file && is_error && is_met(expected, &error.lines().collect::<Vec<_>>())
+        })
+    })
 }
 
 /// Makes a change of a file that a page asks for: pairs of lines `# from:` and `# to:`.
@@ -185,16 +201,15 @@ fn merge(whole: &mut toml::Table, part: toml::Table) {
 
 /// Returns the commands of a page outside of its sessions that the program does not understand.
 pub(super) fn misunderstood(page: &Page) -> Vec<String> {
-    let place = Place::empty();
     let mut findings = Vec::new();
     let blocks = page.blocks.iter().filter(|block| block.language != "console");
-    let texts = blocks.map(|block| (block.line, block.text.replace("\\\n", " ")));
-    let words = page.words.iter().map(|words| (words.line, words.text.replace('\n', " ")));
-    for (line, text) in texts.chain(words) {
+    let texts = blocks.map(|block| (block.line, block.text.replace("\\\n", " "), false));
+    let words = page.words.iter().map(|words| (words.line, words.text.replace('\n', " "), true));
+    for (line, text, is_prose) in texts.chain(words) {
         let commands =
             text.lines().filter_map(|line| line.trim_start().strip_prefix("tribosweep "));
         for command in commands {
-            if let Some(fault) = fault(&place, command) {
+            if let Some(fault) = fault(command, is_prose) {
                 findings.push(format!("{}: {command}\n{fault}", page.place(line)));
             }
         }
@@ -203,7 +218,12 @@ pub(super) fn misunderstood(page: &Page) -> Vec<String> {
 }
 
 /// Returns what is wrong with a command, given without the program's name.
-fn fault(place: &Place, command: &str) -> Option<String> {
+///
+/// It is parsed whole, with the arguments that it requires. Not covered are values in capitals,
+/// which are to be filled in, what a command says of its arguments after they are parsed, and
+/// scripts with variables. The line of usage of the reference, with `[OPTIONS]` and `<STUDY>`, and
+/// words of a text that only name a command are held against the names of commands alone.
+fn fault(command: &str, is_prose: bool) -> Option<String> {
     // What stands behind two blanks or a sharp is a remark.
     let command = command.split("  ").next().unwrap();
     let command = command.split(" # ").next().unwrap();
@@ -212,16 +232,76 @@ fn fault(place: &Place, command: &str) -> Option<String> {
     if words.iter().any(|word| word.contains('$')) {
         return None;
     }
-    let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
+    // The shell keeps what stands behind these for itself and for other programs.
+    let is_of_program = |word: &&str| ![">", "|", "&&", "||", "&", ";", "2>&1"].contains(word);
+    let words: Vec<&str> = words.iter().map(String::as_str).take_while(is_of_program).collect();
     let is_missing = |file: &&&str| file.starts_with("sweeps/") && !in_repository(file);
     if let Some(file) = words.iter().find(is_missing) {
         return Some(format!("{file} is not there"));
     }
-    words.push("--help");
-    let said = place.words(&words);
-    (said.code != 0).then_some(said.err)
+    let rest = arguments(&words);
+    let is_form = rest.first().is_some_and(|word| word.starts_with(['[', '<']));
+    if is_form || is_prose && rest.is_empty() && !words.is_empty() {
+        return None;
+    }
+    let parsed = tribosweep::usage().try_get_matches_from([&["tribosweep"], &words[..]].concat());
+    let error = parsed.err()?;
+    let is_to_be_filled_in = |value: &str| {
+        value.starts_with(|c: char| c.is_ascii_uppercase())
+            && value
+                .chars()
+                .all(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || "_-".contains(c))
+    };
+    let value = error.get(ContextKind::InvalidValue).map(ToString::to_string);
+    let is_excused = match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => true,
+        ErrorKind::InvalidValue | ErrorKind::ValueValidation => {
+            value.is_some_and(|value| is_to_be_filled_in(&value))
+        }
+        _ => false,
+    };
+    (!is_excused).then(|| error.to_string())
+}
+
+/// Returns the words behind the names of commands.
+fn arguments<'words, 'text>(words: &'words [&'text str]) -> &'words [&'text str] {
+    let usage = tribosweep::usage();
+    let mut command = &usage;
+    for (index, word) in words.iter().enumerate() {
+        match command.find_subcommand(word) {
+            Some(below) => command = below,
+            None => return &words[index..],
+        }
+    }
+    &[]
 }
 
 fn in_repository(file: &str) -> bool {
     Path::new(ROOT).join(file).is_file()
+}
+
+#[test]
+fn a_command_that_lacks_something_is_found() {
+    for (command, part) in [
+        ("query", "required"),
+        ("submit STUDY.toml", "--shards"),
+        ("submit STUDY.toml --shards many", "many"),
+        ("run STUDY.toml --untill 5m", "--untill"),
+        ("runs STUDY.toml", "runs"),
+        ("run [STUDY]", ""),
+        ("store verifi", "verifi"),
+        ("run sweeps/nothing.toml", "is not there"),
+    ] {
+        let fault = fault(command, false);
+        match part {
+            "" => assert_eq!(fault, None),
+            part => {
+                assert!(fault.as_ref().is_some_and(|it| it.contains(part)), "{command} {fault:?}")
+            }
+        }
+    }
+    assert_eq!(fault("submit STUDY.toml --shards N", false), None);
+    assert_eq!(fault("query NAME --format csv > NAME.csv", false), None);
+    assert_eq!(fault("query", true), None);
+    assert!(fault("querry", true).is_some());
 }

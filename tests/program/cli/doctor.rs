@@ -88,3 +88,15 @@ fn a_store_that_a_run_has_can_be_examined() {
     assert!(!seen(&said, "store")["found"].as_str().unwrap().contains("(new)"));
     assert_eq!(place.files(), before);
 }
+
+#[test]
+fn python_does_not_take_files_of_the_working_directory_for_modules() {
+    let place = Place::empty();
+    for module in ["platform.py", "site.py", "importlib.py"] {
+        place.write(module, "open('taken', 'w')\n");
+    }
+    let said = shell(&place, "$T doctor --json");
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert!(!place.has("taken"), "python3 has run a file of the working directory");
+    assert!(!place.has("__pycache__"), "python3 has written into the working directory");
+}

@@ -1,7 +1,7 @@
 //! The recipes of images are read, not built: what they install has a package in Debian, what they
 //! copy is in the tree, and their bases are named by tags.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::place::skip;
@@ -116,14 +116,64 @@ fn bases_are_named_by_tags_and_have_the_oldest_toolchain_that_builds() {
     }
 }
 
+/// Tells whether a line of `.dockerignore` leaves out a path or the directories in which it stands.
+fn leaves_out(line: &str, path: &str) -> bool {
+    assert!(!line.starts_with('!'), "`{line}` takes something back, which is not known here");
+    let line = line.trim_matches('/');
+    let (is_anywhere, parts) = match line.strip_prefix("**/") {
+        Some(rest) => (true, rest.split('/')),
+        None => (false, line.split('/')),
+    };
+    let pattern: Vec<&str> = parts.collect();
+    assert!(pattern.iter().all(|part| *part != "**"), "`{line}` is not known here");
+    let names: Vec<&str> = path.split('/').collect();
+    let mut begins = if is_anywhere { 0..names.len() } else { 0..1 };
+    begins.any(|from| {
+        let rest = &names[from..];
+        rest.len() >= pattern.len()
+            && pattern.iter().zip(rest).all(|(part, name)| is_like(part, name))
+    })
+}
+
+/// Tells whether a name is that of a pattern in which `*` stands for anything.
+fn is_like(pattern: &str, name: &str) -> bool {
+    assert!(!pattern.contains(['?', '[', '\\']), "`{pattern}` is not known here");
+    match pattern.split_once('*') {
+        None => pattern == name,
+        Some((begin, rest)) => name.strip_prefix(begin).is_some_and(|name| {
+            (0..=name.len()).any(|from| name.get(from..).is_some_and(|end| is_like(rest, end)))
+        }),
+    }
+}
+
+#[test]
+fn a_line_of_dockerignore_leaves_out_what_it_names_and_what_is_below() {
+    for (line, path, is_out) in [
+        ("target", "target", true),
+        ("target", "src", false),
+        ("target", "src/target", false),
+        ("/python", "python/src", true),
+        ("src/*.rs", "src/lib.rs", true),
+        ("src/*.rs", "src/lib.py", false),
+        ("src/lib.rs", "src", false),
+        ("*", "Cargo.lock", true),
+        ("*.lock", "Cargo.lock", true),
+        ("**/wheel-data", "python/wheel-data/a", true),
+        ("**/wheel", "python/wheel-data", false),
+    ] {
+        assert_eq!(leaves_out(line, path), is_out, "{line} {path}");
+    }
+}
+
 #[test]
 fn what_a_recipe_copies_is_in_the_tree() {
     let ignored = read(".dockerignore");
+    let ignored = ignored.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let ignored: Vec<&str> = ignored.collect();
     for (file, recipe) in recipes() {
         assert!(recipe.copied.len() > 3 && !recipe.handed_on.is_empty(), "{file}: {recipe:?}");
         for path in &recipe.copied {
             assert!(root().join(path).exists(), "{file} copies {path}, which is not there");
-            assert!(!ignored.lines().any(|line| line == path), "{path} is ignored");
         }
         for path in &recipe.handed_on {
             let path = path.strip_prefix(SOURCE).unwrap_or_else(|| panic!("{file}: {path}"));
@@ -135,11 +185,18 @@ fn what_a_recipe_copies_is_in_the_tree() {
         // Cargo looks for every member of the workspace, and for every path that it names.
         let manifest = read("Cargo.toml");
         let paths = manifest.split("path = \"").skip(1).map(|rest| rest.split('"').next().unwrap());
-        let named = paths.filter_map(|path| path.split('/').next()).filter(|path| *path != ".");
+        let handed_on = recipe.handed_on.iter().filter_map(|path| path.strip_prefix(SOURCE));
+        let handed_on = handed_on.filter(|path| *path != "target/release/tribosweep");
         let needed = ["Cargo.toml", "Cargo.lock", "build.rs", "build", "python", "src"];
-        for needed in needed.into_iter().chain(named) {
-            let is_there = recipe.copied.iter().any(|path| path == "." || path == needed);
+        let needed = needed.into_iter().chain(handed_on);
+        for needed in needed.chain(paths.filter(|path| *path != ".")) {
+            let is_copied = |path: &String| path == "." || Path::new(needed).starts_with(path);
+            let is_there = recipe.copied.iter().any(is_copied);
             assert!(is_there, "{file} builds without {needed}");
+            let path = needed.strip_prefix("./").unwrap_or(needed);
+            for line in &ignored {
+                assert!(!leaves_out(line, path), ".dockerignore leaves out {path}: {line}");
+            }
         }
     }
 }

@@ -196,3 +196,38 @@ fn the_script_for_releases_says_which_tools_are_missing() {
     assert!(said.starts_with("error: not on the PATH: cargo (the Rust toolchain, "), "{said}");
     assert!(said.contains("strip (binutils)") && said.lines().count() == 1, "{said}");
 }
+
+/// Asks `scripts/package` for the value of an expression, or skips the test without a Python.
+fn of_package_script(expression: &str) -> Option<String> {
+    let line = format!(
+        "import runpy; script = runpy.run_path('scripts/package'); print(script{expression})"
+    );
+    let asked = Command::new("python3").args(["-B", "-c", &line]).current_dir(root()).output();
+    let Ok(asked) = asked else {
+        crate::place::skip("there is no python3");
+        return None;
+    };
+    assert!(asked.status.success(), "{}", String::from_utf8_lossy(&asked.stderr));
+    Some(String::from_utf8_lossy(&asked.stdout).trim().to_owned())
+}
+
+#[test]
+fn a_licence_that_holds_beside_others_needs_their_texts_too() {
+    for (expression, met) in [
+        ("MIT AND BSD-3-Clause", "[]"),
+        ("BSD-3-Clause AND MIT OR Apache-2.0", "['Apache-2.0']"),
+        ("BSD-3-Clause AND (MIT OR Apache-2.0)", "[]"),
+        ("MIT AND Apache-2.0", "['Apache-2.0', 'MIT']"),
+        ("MIT/Apache-2.0", "['Apache-2.0', 'MIT']"),
+        ("Apache-2.0 WITH LLVM-exception OR MIT", "['MIT']"),
+        ("(MIT", "[]"),
+        ("", "[]"),
+    ] {
+        let known = "{'MIT', 'Apache-2.0'}";
+        let question = format!("['sufficient']('{expression}', {known})");
+        let Some(said) = of_package_script(&question) else { return };
+        assert_eq!(said, met, "{expression}");
+    }
+    let nothing = of_package_script("['files_below']('nowhere')");
+    assert_eq!(nothing.as_deref(), Some("[]"), "a folder without files has none");
+}

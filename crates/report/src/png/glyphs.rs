@@ -10,7 +10,7 @@ use skrifa::raw::types::GlyphId16;
 use skrifa::{FontRef, GlyphId, MetadataProvider};
 use tiny_skia::{Path, PathBuilder};
 
-use crate::font::FONT;
+use crate::font::{FONT, is_ignorable};
 
 static FACE: LazyLock<Option<FontRef<'static>>> = LazyLock::new(|| FontRef::new(FONT).ok());
 
@@ -24,7 +24,12 @@ pub(super) struct TextOutline {
 
 impl TextOutline {
     /// Sets a line in a size \[pixels\], with the kerning of the font. A character that the font lacks
-    /// is a box.
+    /// is a box of one em, as [`text_width`](crate::font::text_width) has it; one without a look of
+    /// its own is left out.
+    ///
+    /// Text is not shaped: characters follow each other from the left to the right as they are
+    /// stored. An accent that is a character of its own stands beside its letter, so that text is
+    /// to be composed (NFC), and scripts that join letters or run from the right are not set.
     pub(super) fn new(text: &str, size: f32) -> TextOutline {
         let Some(face) = FACE.as_ref() else { return TextOutline { path: None, width: 0.0 } };
         let settings = || DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
@@ -34,8 +39,13 @@ impl TextOutline {
         let mut pen =
             ScaledPen { path: PathBuilder::new(), scale: size / f32::from(units), advance: 0.0 };
         let mut last = None;
-        for c in text.chars() {
-            let glyph = characters.map(c).unwrap_or(GlyphId::NOTDEF);
+        for c in text.chars().filter(|&c| !is_ignorable(c)) {
+            // The font's own glyph for what it lacks is empty, and would hide that it is lacking.
+            let Some(glyph) = characters.map(c) else {
+                pen.missing(f32::from(units));
+                last = None;
+                continue;
+            };
             if let Some(last) = last {
                 pen.advance += f32::from(kerning(face, last, glyph).unwrap_or(0));
             }
@@ -98,6 +108,19 @@ struct ScaledPen {
 }
 
 impl ScaledPen {
+    /// Draws a frame as wide as an em in the place of a character.
+    fn missing(&mut self, em: f32) {
+        // The inner side runs the other way, so that it stays empty.
+        for (left, right, edge) in [(0.1, 0.9, 0.0), (0.85, 0.15, 0.05)] {
+            self.move_to(left * em, edge * em);
+            self.line_to(left * em, (0.7 - edge) * em);
+            self.line_to(right * em, (0.7 - edge) * em);
+            self.line_to(right * em, edge * em);
+            self.close();
+        }
+        self.advance += em;
+    }
+
     fn x(&self, x: f32) -> f32 {
         (self.advance + x) * self.scale
     }
@@ -143,6 +166,20 @@ mod tests {
         assert_eq!(width("00"), 2.0 * 1139.0);
         assert_eq!(width("AA"), 2.0 * 1366.0);
         assert_eq!(width("AV"), 2.0 * 1366.0 - 152.0);
+    }
+
+    #[test]
+    fn a_missing_character_is_a_box_and_an_ignorable_one_is_nothing() {
+        let line = |text| TextOutline::new(text, 2048.0);
+        let (with, without) = (line("A\u{200B}V\u{AD}\u{FE0F}"), line("AV"));
+        // The kerning goes on across what is left out.
+        assert_eq!(with.width, without.width);
+        assert_eq!(with.path, without.path);
+        assert!(line("\u{200B}").path.is_none());
+        let (missing, other) = (line("面"), line("色"));
+        assert_eq!(missing.width, 2048.0);
+        assert!(missing.path.is_some());
+        assert_eq!(missing.path, other.path, "both are the box");
     }
 
     #[test]

@@ -11,43 +11,11 @@ use tiny_skia::{
     PathBuilder, Pattern, Pixmap, Point, Rect, Shader, SpreadMode, Stroke, StrokeDash, Transform,
 };
 
+use super::allowed::{require_known, require_root, require_value};
+use super::attribute::{SVG, attribute, number, optional_number, unknown_part};
 use super::fault::PngError;
 use super::glyphs::TextOutline;
 use super::path_data::{numbers, path};
-
-/// The attributes of elements that have a meaning here.
-const ATTRIBUTES: [&str; 30] = [
-    "x",
-    "y",
-    "x1",
-    "y1",
-    "x2",
-    "y2",
-    "width",
-    "height",
-    "cx",
-    "cy",
-    "r",
-    "d",
-    "points",
-    "id",
-    "href",
-    "fill",
-    "fill-opacity",
-    "stroke",
-    "stroke-width",
-    "stroke-dasharray",
-    "stroke-linejoin",
-    "paint-order",
-    "font-size",
-    "text-anchor",
-    "transform",
-    "preserveAspectRatio",
-    "image-rendering",
-    "offset",
-    "stop-color",
-    "role",
-];
 
 /// A picture in progress.
 pub(super) struct PixelCanvas<'s> {
@@ -60,10 +28,21 @@ pub(super) struct PixelCanvas<'s> {
 impl<'s> PixelCanvas<'s> {
     /// Begins a white picture of a drawing whose root is given; `scale` is the number of its pixels
     /// for one of the drawing. There is none if it would have no pixel.
-    pub(super) fn new(root: Node<'s, 's>, (width, height): (u32, u32), scale: f32) -> Option<Self> {
-        let mut pixmap = Pixmap::new(width, height)?;
+    ///
+    /// # Errors
+    /// [`PngError::Unknown`], if the root has an attribute that figures and maps do not have.
+    pub(super) fn new(
+        root: Node<'s, 's>,
+        (width, height): (u32, u32),
+        scale: f32,
+    ) -> Result<Option<Self>, PngError> {
+        require_root(root)?;
+        if let Some(fill) = root.attribute("fill") {
+            color(fill, 1.0)?;
+        }
+        let Some(mut pixmap) = Pixmap::new(width, height) else { return Ok(None) };
         pixmap.fill(Color::WHITE);
-        Some(PixelCanvas { pixmap, transform: Transform::from_scale(scale, scale), root })
+        Ok(Some(PixelCanvas { pixmap, transform: Transform::from_scale(scale, scale), root }))
     }
 
     /// Adds an element.
@@ -71,14 +50,12 @@ impl<'s> PixelCanvas<'s> {
     /// # Errors
     /// [`PngError::Unknown`], if it is none that figures and maps have.
     pub(super) fn add(&mut self, node: Node<'_, '_>) -> Result<(), PngError> {
-        if let Some(unknown) = node.attributes().find(|a| !ATTRIBUTES.contains(&a.name())) {
-            let element = node.tag_name().name();
-            return Err(unknown_part(format!("an attribute `{}` of `{element}`", unknown.name())));
-        }
+        require_known(node)?;
         let place = |x: &str, y: &str| Ok::<_, PngError>((number(node, x)?, number(node, y)?));
         let mut lines = PathBuilder::new();
         let outline = match node.tag_name().name() {
-            "title" | "defs" => return Ok(()),
+            "title" => return Ok(()),
+            "defs" => return node.children().filter(Node::is_element).try_for_each(gradient),
             "image" => return self.image(node),
             "text" => return self.text(node),
             "path" => path(attribute(node, "d")?).map_err(unknown_part)?,
@@ -112,7 +89,8 @@ impl<'s> PixelCanvas<'s> {
         outline: &Path,
         transform: Transform,
     ) -> Result<(), PngError> {
-        let strokes_first = node.attribute("paint-order") == Some("stroke");
+        require_value(node, "paint-order", "stroke")?;
+        let strokes_first = node.has_attribute("paint-order");
         if strokes_first {
             self.stroke(node, outline, transform)?;
         }
@@ -197,7 +175,7 @@ impl<'s> PixelCanvas<'s> {
             return Err(unknown_part(format!("no gradient `{name}`")));
         };
         let mut stops = Vec::new();
-        for stop in gradient.children().filter(Node::is_element) {
+        for stop in gradient.children().filter(|node| node.has_tag_name((SVG, "stop"))) {
             let color = color(attribute(stop, "stop-color")?, opacity)?;
             stops.push(GradientStop::new(number(stop, "offset")?, color));
         }
@@ -244,6 +222,8 @@ impl<'s> PixelCanvas<'s> {
 
     /// Adds a picture inside the drawing, whose pixels stay sharp.
     fn image(&mut self, node: Node<'_, '_>) -> Result<(), PngError> {
+        require_value(node, "preserveAspectRatio", "none")?;
+        require_value(node, "image-rendering", "optimizeSpeed")?;
         let Some(frame) = frame(node)? else { return Ok(()) };
         let link = node.attributes().find(|attribute| attribute.name() == "href");
         let link = link.map_or("", |attribute| attribute.value());
@@ -275,11 +255,20 @@ impl<'s> PixelCanvas<'s> {
     }
 }
 
-/// The name space of SVG.
-pub(super) const SVG: &str = "http://www.w3.org/2000/svg";
-
-fn unknown_part(what: impl Into<String>) -> PngError {
-    PngError::Unknown(what.into())
+/// Checks a gradient and its stops; it is drawn where a shape names it.
+fn gradient(node: Node<'_, '_>) -> Result<(), PngError> {
+    require_known(node)?;
+    if !node.has_tag_name((SVG, "linearGradient")) {
+        return Err(unknown_part(format!("an element `{}` in `defs`", node.tag_name().name())));
+    }
+    for stop in node.children().filter(Node::is_element) {
+        require_known(stop)?;
+        if !stop.has_tag_name((SVG, "stop")) {
+            let name = stop.tag_name().name();
+            return Err(unknown_part(format!("an element `{name}` in `linearGradient`")));
+        }
+    }
+    Ok(())
 }
 
 /// Returns the rectangle of an element, unless it is empty.
@@ -287,32 +276,13 @@ fn frame(node: Node<'_, '_>) -> Result<Option<Rect>, PngError> {
     let (width, height) = (number(node, "width")?, number(node, "height")?);
     Ok(match width > 0.0 && height > 0.0 {
         true => Rect::from_xywh(
-            number(node, "x").unwrap_or(0.0),
-            number(node, "y").unwrap_or(0.0),
+            optional_number(node, "x", 0.0)?,
+            optional_number(node, "y", 0.0)?,
             width,
             height,
         ),
         false => None,
     })
-}
-
-fn attribute<'n>(node: Node<'n, '_>, name: &str) -> Result<&'n str, PngError> {
-    let lacking =
-        || unknown_part(format!("an element `{}` without `{name}`", node.tag_name().name()));
-    node.attribute(name).ok_or_else(lacking)
-}
-
-pub(super) fn number(node: Node<'_, '_>, name: &str) -> Result<f32, PngError> {
-    let text = attribute(node, name)?;
-    let number = text.parse().ok().filter(|x: &f32| x.is_finite());
-    number.ok_or_else(|| unknown_part(format!("a length `{text}`")))
-}
-
-fn optional_number(node: Node<'_, '_>, name: &str, otherwise: f32) -> Result<f32, PngError> {
-    match node.attribute(name) {
-        Some(_) => number(node, name),
-        None => Ok(otherwise),
-    }
 }
 
 /// Reads a colour such as `#1a1a1a`.

@@ -400,6 +400,41 @@ fn pngs_that_cannot_be() {
         ("<rect width=\"1\" height=\"1\" fill=\"red\"/>", "a colour `red`"),
         ("<rect width=\"1\" height=\"1\" fill=\"url(#a)\"/>", "no gradient `a`"),
         ("<rect width=\"1cm\" height=\"1\"/>", "a length `1cm`"),
+        ("<rect x=\"1cm\" width=\"1\" height=\"1\"/>", "a length `1cm`"),
+        ("<rect y=\"\" width=\"1\" height=\"1\"/>", "a length ``"),
+        (
+            "<rect width=\"1\" height=\"1\" transform=\"rotate(1 0 0)\"/>",
+            "an attribute `transform` of `rect`",
+        ),
+        ("<path d=\"M0 0\" x=\"1\"/>", "an attribute `x` of `path`"),
+        (
+            "<circle cx=\"1\" cy=\"1\" r=\"1\" paint-order=\"fill\"/>",
+            "an attribute `paint-order` that is `fill`",
+        ),
+        ("<defs><mask/></defs>", "an element `mask`"),
+        ("<defs><rect/></defs>", "an element `rect` in `defs`"),
+        ("<defs id=\"a\"/>", "an attribute `id` of `defs`"),
+        (
+            "<defs><linearGradient gradientTransform=\"\"/></defs>",
+            "an attribute `gradientTransform` of `linearGradient`",
+        ),
+        (
+            "<defs><linearGradient><stop stop-opacity=\"0\"/></linearGradient></defs>",
+            "an attribute `stop-opacity` of `stop`",
+        ),
+        (
+            "<defs><linearGradient><title/></linearGradient></defs>",
+            "an element `title` in `linearGradient`",
+        ),
+        (
+            "<text x=\"0\" y=\"0\" font-size=\"1\">a<tspan>b</tspan></text>",
+            "an element `tspan` in `text`",
+        ),
+        (
+            "<image preserveAspectRatio=\"xMidYMid\"/>",
+            "an attribute `preserveAspectRatio` that is `xMidYMid`",
+        ),
+        ("<image image-rendering=\"smooth\"/>", "an attribute `image-rendering` that is `smooth`"),
         ("<path d=\"M0 0A1\"/>", "a path with `A1`"),
         (
             "<text x=\"0\" y=\"0\" font-size=\"1\" transform=\"scale(2)\">a</text>",
@@ -409,6 +444,18 @@ fn pngs_that_cannot_be() {
     ] {
         let svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\">{part}</svg>"
+        );
+        let message = png(&svg, 96.0).unwrap_err().to_string();
+        assert_eq!(message, format!("the figure has {refused}, which is not drawn as pixels"));
+    }
+    for (attribute, refused) in [
+        ("viewBox=\"0 0 9 8\"", "a section `0 0 9 8`"),
+        ("font-family=\"serif\"", "an attribute `font-family` that is `serif`"),
+        ("fill=\"red\"", "a colour `red`"),
+        ("style=\"fill:red\"", "an attribute `style` of `svg`"),
+    ] {
+        let svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\" {attribute}/>"
         );
         let message = png(&svg, 96.0).unwrap_err().to_string();
         assert_eq!(message, format!("the figure has {refused}, which is not drawn as pixels"));
