@@ -1,10 +1,11 @@
 //! The rules of the house that a program can check, so that they hold for the next change as well:
 //! the layers that ARCHITECTURE.md shows, names with one meaning each, comments that are sentences,
-//! packages that a registry would take.
+//! packages that a registry would take, and few packages of others.
 //!
-//! Every file of every crate is read as text and parsed; nothing is compiled or run. Code for tests
-//! is left out.
+//! Every file of every crate is read as text and parsed, and cargo is asked for its tree of
+//! packages; nothing is compiled. Code for tests is left out.
 
+mod dependencies;
 mod layers;
 mod names;
 mod packages;
