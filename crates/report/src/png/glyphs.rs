@@ -23,8 +23,8 @@ pub(super) struct TextOutline {
 }
 
 impl TextOutline {
-    /// Sets a line in a size \[pixels\], with the kerning of the font. A character that the font lacks
-    /// is a box.
+    /// Sets a line in a size \[pixels\], with the kerning of the font. A character that the font
+    /// lacks is a box.
     pub(super) fn new(text: &str, size: f32) -> TextOutline {
         let Some(face) = FACE.as_ref() else { return TextOutline { path: None, width: 0.0 } };
         let settings = || DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
