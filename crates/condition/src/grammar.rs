@@ -273,8 +273,8 @@ impl<'t> GrammarReader<'t> {
         Ok(name)
     }
 
-    /// Reads expressions up to a bracket, with commas between them; `may_trail` says whether one may
-    /// stand behind the last.
+    /// Reads expressions up to a bracket, with commas between them; `may_trail` says whether one
+    /// may stand behind the last.
     fn list(&mut self, close: &str, may_trail: bool) -> Result<Vec<Written>, FilterError> {
         let mut elements = Vec::new();
         while elements.is_empty() && !self.is_next(close) || self.takes(",")? {

@@ -137,8 +137,8 @@ pub fn forecast(
     // whole fields, and forty Krylov vectors.
     let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);
     // Each distance that is rolled has a table, and symbols without symmetry; in steady rolling
-    // the solver's operator has such symbols too. Of many, those used last are kept. The certificate
-    // keeps the influences on two places of the distance rolled last.
+    // the solver's operator has such symbols too. Of many, those used last are kept. The
+    // certificate keeps the influences on two places of the distance rolled last.
     let operator = 8.0 * (16.0 + 72.0) * elements;
     let kept = (operator * rolled).min(Operators::BUDGET as f64 + operator)
         + if rolled > 0.0 { 8.0 * 14.0 * elements } else { 0.0 };

@@ -45,11 +45,11 @@ pub struct ReferenceKey {
     pub path: String,
     /// The path as axes and messages write it.
     pub short: String,
-    /// The column that it fills, in a list that of the first entry; `None` for what is no key of the
-    /// scene or its numerics.
+    /// The column that it fills, in a list that of the first entry; `None` for what is no key of
+    /// the scene or its numerics.
     pub column: Option<String>,
-    /// The column that it fills of the second entry of a list, from which those of later ones differ
-    /// by the number.
+    /// The column that it fills of the second entry of a list, from which those of later ones
+    /// differ by the number.
     pub second_column: Option<String>,
     /// The values that may stand behind it, with their bounds, in words.
     pub values: String,

@@ -3,8 +3,8 @@
 //!
 //! A contact that rolls has the displacements a distance ahead in its slip, those of the same
 //! tractions or of those before. A solver has them from coefficients of what is rolled, by
-//! transforms. Nothing of that is used here: by reciprocity, what a traction on an element does to a
-//! place is what a traction at the place does to the element, so each term is the influence of an
+//! transforms. Nothing of that is used here: by reciprocity, what a traction on an element does to
+//! a place is what a traction at the place does to the element, so each term is the influence of an
 //! element around the place on the loaded one, computed for the distance between the two.
 
 use std::sync::Arc;
@@ -24,8 +24,8 @@ pub(crate) struct AheadSums {
     /// The distance along x, with its sign, in the grid's unit.
     distance: f64,
     /// The elements ahead of which the sums are taken: the one that first had the largest traction,
-    /// and another that first had the largest tangential one. Each is there as soon as an element has
-    /// such a traction, for what is only pressed at first may have no tangential ones.
+    /// and another that first had the largest tangential one. Each is there as soon as an element
+    /// has such a traction, for what is only pressed at first may have no tangential ones.
     receivers: Vec<Receiver>,
 }
 
@@ -167,8 +167,8 @@ mod tests {
         }
     }
 
-    /// What is pressed first and rolls then is watched at a second element from its first tangential
-    /// tractions on, and an error there shows.
+    /// What is pressed first and rolls then is watched at a second element from its first
+    /// tangential tractions on, and an error there shows.
     #[test]
     fn tangential_tractions_that_come_later_have_an_element_of_their_own() {
         let grid = Grid::new(5, 4, 0.3, 0.2, [0.0; 2]).unwrap();

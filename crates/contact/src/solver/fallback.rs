@@ -1,7 +1,7 @@
 //! Newton's method, and what is tried where it fails. If it does not converge, an outer iteration
 //! finds the motions that forces govern, and with all motions prescribed it takes turns with Seidel
-//! sweeps. Where the contact rolls steadily under forces, it is first solved with more friction, and
-//! Newton's method takes turns with a path that leads to the steady state.
+//! sweeps. Where the contact rolls steadily under forces, it is first solved with more friction,
+//! and Newton's method takes turns with a path that leads to the steady state.
 
 use super::iterate::{Conditions, Iterate, Start, Stop};
 use super::{load_control, newton, prescribed, rolling_in};

@@ -1,5 +1,5 @@
-//! Newton's method at prescribed motions. If it does not converge, it takes turns with Seidel sweeps,
-//! which always bring the iterate nearer. In the end the sweeps run alone.
+//! Newton's method at prescribed motions. If it does not converge, it takes turns with Seidel
+//! sweeps, which always bring the iterate nearer. In the end the sweeps run alone.
 
 use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
 use super::{newton, seidel};

@@ -83,8 +83,8 @@ struct PassingPath<'a> {
 
 impl PassingPath<'_> {
     /// Rolls on from the tractions `p` at prescribed motions; returns the number of applications
-    /// spent. The `problem` is the steady one. Seidel sweeps, which know no steady state, help where
-    /// Newton's method fails, for one on the pressures.
+    /// spent. The `problem` is the steady one. Seidel sweeps, which know no steady state, help
+    /// where Newton's method fails, for one on the pressures.
     fn follow(&self, problem: &Problem, p: &mut Vec<f64>, motion: &PerDof<f64>) -> u64 {
         let max_iterations = self.rule.max_iterations.min(ITERATIONS);
         let rule = StopRule { tolerance: LOOSE, max_iterations, ..*self.rule };

@@ -23,9 +23,9 @@ pub(super) struct TextOutline {
 }
 
 impl TextOutline {
-    /// Sets a line in a size \[pixels\], with the kerning of the font. A character that the font lacks
-    /// is a box of one em, as [`text_width`](crate::font::text_width) has it; one without a look of
-    /// its own is left out.
+    /// Sets a line in a size \[pixels\], with the kerning of the font. A character that the font
+    /// lacks is a box of one em, as [`text_width`](crate::font::text_width) has it; one without a
+    /// look of its own is left out.
     ///
     /// Text is not shaped: characters follow each other from the left to the right as they are
     /// stored. An accent that is a character of its own stands beside its letter, so that text is
