@@ -91,7 +91,7 @@ pub(crate) enum Written {
     Call(String, Vec<Written>),
     /// A function behind the value that it is called on, which comes first, with its arguments.
     Method(Box<Written>, String, Vec<Written>),
-    /// What CEL has and conditions do not, in the words of the message.
+    /// A construct that CEL has and conditions do not, in the words of the message.
     Foreign(String),
 }
 
