@@ -350,7 +350,7 @@ impl Drop for Running {
 fn a_store_in_use_is_read_through_the_run() {
     // There is far more work than the test waits for: the test ends the run.
     let many = SMALL
-        .replace("mesh = 6", "mesh = 32")
+        .replace("mesh = 6", "mesh = 96")
         .replace("[0.05, 0.2, 0.6]", "{ from = 0.05, to = 0.6, count = 2000 }");
     let place = Place::with("many.toml", many.replace("\"small\"", "\"many\""));
     place.write("small.toml", SMALL);
