@@ -2,6 +2,8 @@
 
 use tiny_skia::{Path, PathBuilder};
 
+use super::attribute::coordinate;
+
 /// Reads the data of a path of straight lines: `M`, `L`, `H`, `V`, `Z`, and the same from the last
 /// point on in small letters. Returns what cannot be drawn if there is something else, and no path
 /// if there is no line.
@@ -56,8 +58,7 @@ pub(super) fn numbers(text: &str) -> Option<(Vec<f32>, &str)> {
     // A sign begins a number, with or without a blank before it.
     let listed = listed.replace('-', " -");
     let numbers = listed.split([' ', ',', '\n']).filter(|number| !number.is_empty());
-    let numbers: Option<Vec<f32>> =
-        numbers.map(|number| number.parse().ok().filter(|x: &f32| x.is_finite())).collect();
+    let numbers: Option<Vec<f32>> = numbers.map(coordinate).collect();
     Some((numbers?, behind))
 }
 

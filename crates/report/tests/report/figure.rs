@@ -566,7 +566,8 @@ proptest! {
     fn every_figure_is_a_picture(figure in figures()) {
         let svg = figure.svg();
         prop_assert!(!svg.contains("NaN") && !svg.contains("inf"), "{}", svg);
-        prop_assert!(png(&svg, 24.0).is_ok());
+        let picture = png(&svg, 24.0);
+        prop_assert!(picture.is_ok(), "{}", picture.unwrap_err());
     }
 
     #[test]
