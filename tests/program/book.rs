@@ -56,7 +56,7 @@ fn pages_print_what_they_show() {
 }
 
 /// The commands that are only named, with placeholders or for long runs, are at least understood.
-/// What the program writes of itself, the reference, is held by `cli::reference`.
+/// The reference, which the program writes of itself, is held by `cli::reference`.
 #[test]
 fn commands_that_are_only_named_are_understood() {
     let mut pages = pages();

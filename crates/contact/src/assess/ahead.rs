@@ -167,7 +167,7 @@ mod tests {
         }
     }
 
-    /// What is pressed first and rolls then is watched at a second element from its first
+    /// A contact that is pressed first and rolls then is watched at a second element from its first
     /// tangential tractions on, and an error there shows.
     #[test]
     fn tangential_tractions_that_come_later_have_an_element_of_their_own() {

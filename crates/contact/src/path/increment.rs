@@ -255,7 +255,7 @@ mod tests {
     use crate::model::{Numerics, Route, Shape, sphere_on_half_space};
     use crate::punch::Surfaces;
 
-    /// What lies outside a disk is no part of the scale of the displacements under it.
+    /// The surface outside a disk is no part of the scale of the displacements under it.
     #[test]
     fn the_largest_component_is_one_on_the_sole() {
         let mut scene = sphere_on_half_space();

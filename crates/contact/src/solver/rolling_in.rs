@@ -196,7 +196,7 @@ mod tests {
         StopRule { tolerance: 1e-18, max_iterations: 1, cancellation: None }
     }
 
-    /// Where no attempt finds a solution, the nearest of them goes out: here the first one, from a
+    /// The nearest attempt goes out where none finds a solution: here the first one, from a
     /// start to which a path of loose increments does not come back.
     #[test]
     fn the_nearest_attempt_goes_out() {

@@ -422,7 +422,7 @@ fn keys_are_found_by_path_column_table_and_part() {
     assert_eq!(nearest_key("friction coefficient").as_deref(), Some("friction.mu"));
 }
 
-/// What is listed reads as a sentence, and no path stands twice.
+/// The meanings in the list read as sentences, and no path stands twice.
 #[test]
 fn every_entry_says_something() {
     let mut seen = std::collections::HashSet::new();
