@@ -133,8 +133,8 @@ pub(crate) struct TimeLeft {
 
 impl TimeLeft {
     /// Returns the estimate for some tasks on so many workers, with what is known of earlier jobs.
-    pub(crate) fn new<'t>(
-        tasks: impl IntoIterator<Item = &'t Task>,
+    pub(crate) fn new<'t, P: 't>(
+        tasks: impl IntoIterator<Item = &'t Task<P>>,
         workers: usize,
         calibration: Calibration,
     ) -> Self {

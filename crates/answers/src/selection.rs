@@ -1,5 +1,6 @@
 //! A table of a study's results: which rows and columns of it, and in which order.
 
+use rayon::prelude::*;
 use report::{CellType, DataTable, FilterError, TableColumn, TableError, TypedColumn};
 use study::columns::{Row, along_path, nearest_name};
 use study::{Column, Study, StudyPoint, ValueType};
@@ -99,11 +100,9 @@ impl Selection {
         let mut indices = study.indices().peekable();
         let mut block: Option<DataTable> = None;
         while block.is_none() || indices.peek().is_some() {
-            let points: Vec<StudyPoint> = indices
-                .by_ref()
-                .take(POINTS_AT_ONCE)
-                .filter_map(|index| study.point(index))
-                .collect();
+            let some: Vec<usize> = indices.by_ref().take(POINTS_AT_ONCE).collect();
+            let points: Vec<StudyPoint> =
+                some.into_par_iter().filter_map(|index| study.point(index)).collect();
             let table = self.read(&columns, &points, source, &mut accounts)?;
             let chosen = self.chosen(table).map_err(|error| suggested(error, study))?;
             let gathered = match block.take() {
