@@ -11,16 +11,17 @@ use anyhow::{Context, Result, anyhow};
 use identity::JobKey;
 use indicatif::BinaryBytes;
 use store::{
-    Digest, MergeSelection, OpenError, RecordOrigin, References, Store, StoreReader,
+    Digest, Glance, MergeSelection, OpenError, RecordOrigin, References, Store, StoreReader,
     merge_into_export, require_mergeable,
 };
 use study::Record;
 use study::encoding::DecodeError;
 
 use crate::cli::StoreCommand;
+use crate::kept_study::KeptStudy;
 use crate::merge_rules::{RULES, references};
 use crate::output::{self, Finish};
-use crate::stored::{StoreSource, read_store, stored_study};
+use crate::stored::{StoreSource, read_store, stored_large_study, stored_study};
 use crate::words::count;
 use crate::{merged, proposal};
 
@@ -95,6 +96,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
     faults.extend(found.damaged_exports);
     // No run brings these back, and no result is lost with them: they are said, and the code stays.
     let notes = merged::lost_accounts(&found.lost_companions);
+    let kept = prove_kept(store, sound);
     let is_exports = !store.exports().is_empty();
     if json {
         output::print_json(&serde_json::json!({
@@ -103,6 +105,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             "files": found.blobs,
             "file_bytes": found.blob_bytes,
             "studies": found.studies,
+            "kept_counts": { "proved": kept.proved, "notes": kept.notes },
             "brackets_proved": deep.then_some(proved),
             "brackets_too_large": deep.then_some(too_large.len()),
             "records_of_other_versions": foreign,
@@ -131,7 +134,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             });
         }
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
-        notes.iter().for_each(|note| text += &format!("note: {note}\n"));
+        notes.iter().chain(&kept.notes).for_each(|note| text += &format!("note: {note}\n"));
         if !sound && is_exports {
             text += "to run their shards again computes what is damaged, and keeps the rest\n";
         } else if !sound {
@@ -164,6 +167,49 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
         output::print(&text)?;
     }
     Ok(if sound { Finish::AllDone } else { Finish::SomeFailed })
+}
+
+/// The outcome of proving what is kept in words about studies.
+#[derive(Default)]
+struct KeptProof {
+    /// The number of studies whose words are right.
+    proved: usize,
+    notes: Vec<String>,
+}
+
+/// Counts the results of the studies about which words are kept, and forgets all words if some are
+/// wrong, or if the store is not `sound`: the next run then examines every record.
+fn prove_kept(store: &StoreReader, sound: bool) -> KeptProof {
+    let directory = store.blobs().store();
+    let mut proof = KeptProof::default();
+    let Some(glance) = Glance::at(directory) else { return proof };
+    let source = StoreSource::Reader(store);
+    let mut are_wrong = !sound;
+    for name in glance.study_names() {
+        let Some(kept) = KeptStudy::at_a_glance(&glance, name) else { continue };
+        let counted = stored_large_study(store, name)
+            .and_then(|study| Ok(Results::in_blocks(study, &source)?))
+            .map(|results| (results.progress(), results.inaccurate()));
+        match counted {
+            Ok((progress, inaccurate))
+                if progress == kept.progress() && inaccurate == kept.inaccurate() =>
+            {
+                proof.proved += 1;
+            }
+            _ => {
+                are_wrong = true;
+                proof.notes.push(format!("the counts that were kept of `{name}` are not right"));
+            }
+        }
+    }
+    if are_wrong {
+        let forgotten = Store::forget_words(directory);
+        proof.notes.push(match forgotten {
+            Ok(()) => "the kept counts of all studies are forgotten, and counted anew".to_owned(),
+            Err(error) => format!("the kept counts cannot be forgotten: {error}"),
+        });
+    }
+    proof
 }
 
 fn salvage(directory: &Path, json: bool) -> Result<Finish> {
