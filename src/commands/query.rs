@@ -52,15 +52,30 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         return write(args, format, rows, &selection, &study);
     }
     if args.shard.is_none() && !study.is_listed() && !args.columns {
-        let part = format!("1/{}", study.len().div_ceil(MOST_POINTS));
-        bail!(
-            "the study `{}` has {} points, and {MOST_POINTS} at most are a table in memory; \
-             --format parquet or csv with --select and without --sort writes them one after the \
-             other, and this asks for a part of them: {}",
-            args.name,
-            study.len(),
-            proposal::command(&args.store.store, ["query", &args.name, "--shard", &part])
-        );
+        if selection.columns.is_empty() && !args.steps {
+            selection.columns = Selection::usual_columns(&study);
+        }
+        let gathered = match study.is_one_run() && selection.has_own_rows(&study) {
+            true => selection.gathered(&study, &source, MOST_POINTS)?,
+            false => None,
+        };
+        let Some((table, accounts)) = gathered else {
+            let part = format!("1/{}", study.len().div_ceil(MOST_POINTS));
+            bail!(
+                "the study `{}` has {} points, and {MOST_POINTS} rows at most are a table in \
+                 memory; --where may choose fewer, --format parquet or csv with --select and \
+                 without --sort writes them one after the other, and this asks for a part of \
+                 them: {}",
+                args.name,
+                study.len(),
+                proposal::command(&args.store.store, ["query", &args.name, "--shard", &part])
+            );
+        };
+        if !is_file && args.filter.is_some() && table.rows().is_empty() {
+            output::say("no row matches");
+        }
+        let rows = TableRows::Whole { table, accounts: &accounts };
+        return write(args, format, rows, &selection, &study);
     }
     if args.columns {
         return write(

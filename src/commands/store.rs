@@ -14,14 +14,14 @@ use store::{
     Digest, Glance, MergeSelection, OpenError, RecordOrigin, References, Store, StoreReader,
     merge_into_export, require_mergeable,
 };
-use study::Record;
+use study::{PointKeys, Record};
 use study::encoding::DecodeError;
 
 use crate::cli::StoreCommand;
 use crate::kept_study::KeptStudy;
 use crate::merge_rules::{RULES, references};
 use crate::output::{self, Finish};
-use crate::stored::{StoreSource, read_store, stored_large_study, stored_study};
+use crate::stored::{StoreSource, read_store, stored_large_study};
 use crate::words::count;
 use crate::{merged, proposal};
 
@@ -289,8 +289,14 @@ fn export(store: StoreReader, file: &Path, studies: &[String], json: bool) -> Re
         let source = StoreSource::Reader(&store);
         let mut keys = BTreeSet::new();
         for name in studies {
-            let results = Results::read(stored_study(&store, name)?, &source)
-                .with_context(|| format!("study `{name}`"))?;
+            let study = stored_large_study(&store, name)?;
+            if study.adaptive().is_none() {
+                let of_points = PointKeys::of(&study);
+                keys.extend(study.indices().filter_map(|index| of_points.key(index)));
+                continue;
+            }
+            let results =
+                Results::read(study, &source).with_context(|| format!("study `{name}`"))?;
             keys.extend(results.points().iter().map(|point| point.key));
         }
         selection.studies = Some(studies.iter().cloned().collect());
