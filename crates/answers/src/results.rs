@@ -192,7 +192,20 @@ impl<'r> Results<'r> {
     /// # Errors
     /// Those of [`read`](Results::read).
     pub fn in_blocks(study: Study, source: &'r dyn Records) -> Result<Self, AnswerError> {
-        if !study.is_plain() || study.point_count() <= POINTS_IN_MEMORY {
+        Self::in_blocks_above(POINTS_IN_MEMORY, study, source)
+    }
+
+    /// Reads results like [`in_blocks`](Results::in_blocks), with another number of points above
+    /// which they are read in blocks.
+    ///
+    /// # Errors
+    /// Those of [`read`](Results::read).
+    pub fn in_blocks_above(
+        most: usize,
+        study: Study,
+        source: &'r dyn Records,
+    ) -> Result<Self, AnswerError> {
+        if !study.is_plain() || study.point_count() <= most {
             return Self::read(study, source);
         }
         let survey = Box::new(Survey::of(&study, source)?);

@@ -114,8 +114,10 @@ impl OpenWords {
 
     /// Keeps words about a study, unless there are too many.
     pub(crate) fn set(&self, study: &str, words: KeptWords) {
-        if words.words.len() <= MOST_WORDS {
-            self.words().insert(study.to_owned(), words);
+        let mut all = self.words();
+        match words.words.len() <= MOST_WORDS {
+            true => drop(all.insert(study.to_owned(), words)),
+            false => drop(all.remove(study)),
         }
     }
 
