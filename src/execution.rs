@@ -368,10 +368,7 @@ fn allowed(args: &ExecutionArgs, tally: &RunTally) -> Option<usize> {
 
 /// Divides tasks into those that a run may still begin, a coarse grid of the axes first, and the
 /// others.
-fn within<P>(
-    mut tasks: Vec<Task<P>>,
-    most: Option<usize>,
-) -> (Vec<Task<P>>, Vec<Task<P>>) {
+fn within<P>(mut tasks: Vec<Task<P>>, most: Option<usize>) -> (Vec<Task<P>>, Vec<Task<P>>) {
     let Some(most) = most.filter(|most| *most < tasks.len()) else { return (tasks, Vec::new()) };
     tasks.sort_by_key(|task| task.rank);
     let left_out = tasks.split_off(most);

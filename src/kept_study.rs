@@ -28,11 +28,12 @@ pub(crate) struct KeptStudy {
     /// The numbers of points: all, solved, failed, left, and left out by conditions.
     points: [usize; 5],
     inaccurate: usize,
-    /// What a run says that finds nothing to do; `None` of a study that a run has to examine.
+    /// The facts that a run tells which finds nothing to do; `None` of a study that every run has to
+    /// examine.
     facts: Option<SummaryFacts>,
 }
 
-/// What is to be said of a study at the end of a run.
+/// The facts that are told of a study at the end of a run.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub(crate) struct SummaryFacts {
     pub(crate) study: String,
@@ -84,7 +85,12 @@ fn progress([points, done, failed, left, excluded]: [usize; 5]) -> Progress {
 
 impl SummaryFacts {
     /// Returns the facts of a study beside those of its rows, answers and figures.
-    pub(crate) fn of(results: &Results<'_>, jobs: usize, rows: DataTable, more_rows: usize) -> Self {
+    pub(crate) fn of(
+        results: &Results<'_>,
+        jobs: usize,
+        rows: DataTable,
+        more_rows: usize,
+    ) -> Self {
         let failures = results.failures();
         let shown = failures.listed.into_iter().map(|failure| ShownFailure {
             key: failure.key.to_string(),

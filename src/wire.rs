@@ -57,7 +57,8 @@ pub(crate) struct Measurement {
 pub(crate) fn order(job: Option<&Job>, canonical: String, surfaces: &Surfaces) -> Result<Vec<u8>> {
     let map = |name: &String| Some((name.clone(), encode_surface(surfaces.get(name)?)));
     let profile = |name: &String| Some((name.clone(), encode_profile(surfaces.profile(name)?)));
-    let (height_maps, profiles) = match job.and_then(Job::case).map(|case| &case.scene.punch.shape) {
+    let (height_maps, profiles) = match job.and_then(Job::case).map(|case| &case.scene.punch.shape)
+    {
         Some(Shape::HeightMap { surface, .. }) => (map(surface).into_iter().collect(), Vec::new()),
         Some(Shape::WheelOnRail(wheel)) => {
             (Vec::new(), [&wheel.wheel, &wheel.rail].into_iter().filter_map(profile).collect())

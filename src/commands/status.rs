@@ -159,8 +159,7 @@ impl StatusList {
         if self.rows.is_empty() {
             return Ok(finish);
         }
-        let names =
-            ["study", "points", "certified", "failed", "left", "inaccurate", "question"];
+        let names = ["study", "points", "certified", "failed", "left", "inaccurate", "question"];
         let mut heads = names.map(|name| TableColumn::new(name, "")).to_vec();
         let (label_heads, cells) = labels::columns(&self.labels);
         heads.extend(label_heads);

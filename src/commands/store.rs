@@ -14,8 +14,8 @@ use store::{
     Digest, Glance, MergeSelection, OpenError, RecordOrigin, References, Store, StoreReader,
     merge_into_export, require_mergeable,
 };
-use study::{PointKeys, Record};
 use study::encoding::DecodeError;
+use study::{PointKeys, Record};
 
 use crate::cli::StoreCommand;
 use crate::kept_study::KeptStudy;
@@ -198,16 +198,16 @@ fn prove_kept(store: &StoreReader, sound: bool) -> KeptProof {
             }
             _ => {
                 are_wrong = true;
-                proof.notes.push(format!("the counts that were kept of `{name}` are not right"));
+                proof.notes.push(format!(
+                    "the counts that were kept of `{name}` are not right, and are forgotten"
+                ));
             }
         }
     }
-    if are_wrong {
-        let forgotten = Store::forget_words(directory);
-        proof.notes.push(match forgotten {
-            Ok(()) => "the kept counts of all studies are forgotten, and counted anew".to_owned(),
-            Err(error) => format!("the kept counts cannot be forgotten: {error}"),
-        });
+    // Without them the next run and `status` count anew. A process that has the store open has
+    // taken them already.
+    if are_wrong && let Err(error) = Store::forget_words(directory) {
+        proof.notes.push(format!("the kept counts cannot be forgotten: {error}"));
     }
     proof
 }

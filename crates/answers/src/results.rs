@@ -55,15 +55,15 @@ pub struct Results<'r> {
     accounts: OnceCell<Accounts>,
 }
 
-/// What is in memory of the points and records of a study.
+/// The points and records of a study as far as they are in memory.
 enum HeldResults {
     /// All of them.
     Whole { points: Vec<StudyPoint>, records: RecordMap },
-    /// What was learnt when they were read, block by block.
+    /// None of them: they were surveyed, block by block.
     Survey(Box<Survey>),
 }
 
-/// What is learnt of the results of a study when they pass by once.
+/// The knowledge of the results of a study that passed by once.
 struct Survey {
     progress: Progress,
     elements: ElementDoubts,
@@ -72,7 +72,7 @@ struct Survey {
     /// The relative change below which a quantity counts as constant.
     noise: f64,
     /// The columns that the jobs ask for.
-    asked: Vec<&'static str>,
+    requests: Vec<&'static str>,
     failures: Failures,
     /// Some record has its fields in a file.
     has_files: bool,
@@ -668,7 +668,7 @@ impl<'r> Results<'r> {
                 HeldResults::Whole { points, .. } => {
                     points.iter().flat_map(|point| point.job.asked_columns()).collect()
                 }
-                HeldResults::Survey(survey) => survey.asked.clone(),
+                HeldResults::Survey(survey) => survey.requests.clone(),
             };
             [of_figures, usual.chain(further).map(str::to_owned).collect()]
         };
@@ -785,7 +785,7 @@ impl Survey {
             interiors: InteriorDoubts::new(Subject::Points),
             estimates: EstimateDoubts::new(Subject::Points, required),
             noise: 0.0,
-            asked: Vec::new(),
+            requests: Vec::new(),
             failures: Failures::default(),
             has_files: false,
             table: DataTable::new(heads(&columns), Vec::new())?,
@@ -798,8 +798,8 @@ impl Survey {
                 let record = block.records.get(&point.key);
                 survey.progress.add(record);
                 for name in point.job.asked_columns() {
-                    if !survey.asked.contains(&name) {
-                        survey.asked.push(name);
+                    if !survey.requests.contains(&name) {
+                        survey.requests.push(name);
                     }
                 }
                 let Some(record) = record else { continue };

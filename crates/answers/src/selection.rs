@@ -118,7 +118,8 @@ impl Selection {
         let mut table: Option<DataTable> = None;
         let mut is_full = false;
         let accounts = unsorted.visit_while(study, source, &mut |block: &DataTable| {
-            let so_far = table.take().map_or_else(|| block.clone(), |t| t.followed_by(block.clone()));
+            let so_far =
+                table.take().map_or_else(|| block.clone(), |t| t.followed_by(block.clone()));
             is_full = so_far.rows().len() > most;
             table = Some(so_far);
             Ok::<bool, AnswerError>(!is_full)

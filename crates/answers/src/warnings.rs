@@ -135,7 +135,8 @@ impl ElementDoubts {
     }
 
     pub(crate) fn warnings(&self) -> Vec<Warning> {
-        let counted = COUNTS.iter().zip(self.concerned).filter(|(_, (concerned, _))| *concerned > 0);
+        let counted =
+            COUNTS.iter().zip(self.concerned).filter(|(_, (concerned, _))| *concerned > 0);
         let warning = |(ElementCount { column, words, .. }, (concerned, steps)): (&_, _)| Warning {
             words: format!("elements{} {words}", self.subject.of(concerned)),
             filter: format!("{column} > 0"),
@@ -217,15 +218,7 @@ pub(crate) struct EstimateDoubts {
 impl EstimateDoubts {
     pub(crate) fn new(subject: Subject, required: RequiredError) -> Self {
         let worst = vec![None; required.figures().len()];
-        Self {
-            subject,
-            required,
-            missing: 0,
-            are_coarse: true,
-            has_others: false,
-            large: 0,
-            worst,
-        }
+        Self { subject, required, missing: 0, are_coarse: true, has_others: false, large: 0, worst }
     }
 
     pub(crate) fn add(&mut self, record: &Record) {

@@ -13,7 +13,7 @@ impl JobKey {
     /// Computes the key of a job: the BLAKE3 digest of the version of the physics and the canonical
     /// text.
     pub fn of(physics: u32, canonical: &str) -> JobKey {
-        let mut hasher = KeyHasher::new(physics);
+        let mut hasher = JobKeyHasher::new(physics);
         hasher.update(canonical);
         hasher.key()
     }
@@ -22,15 +22,15 @@ impl JobKey {
 /// Computes the key of a job whose canonical text comes in pieces. A clone goes on from what both
 /// have in common, which is then hashed once.
 #[derive(Clone, Debug)]
-pub struct KeyHasher(blake3::Hasher);
+pub struct JobKeyHasher(blake3::Hasher);
 
-impl KeyHasher {
+impl JobKeyHasher {
     /// Begins a key with the version of the physics.
-    pub fn new(physics: u32) -> KeyHasher {
+    pub fn new(physics: u32) -> JobKeyHasher {
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"tribosweep job ");
         hasher.update(&physics.to_le_bytes());
-        KeyHasher(hasher)
+        JobKeyHasher(hasher)
     }
 
     /// Adds the next piece of the canonical text.
@@ -92,7 +92,7 @@ mod tests {
         assert_eq!(key, JobKey::of(3, "a job"));
         assert_ne!(key, JobKey::of(4, "a job"));
         assert_ne!(key, JobKey::of(3, "another job"));
-        let mut hasher = KeyHasher::new(3);
+        let mut hasher = JobKeyHasher::new(3);
         hasher.update("a ");
         let mut other = hasher.clone();
         hasher.update("job");

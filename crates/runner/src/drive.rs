@@ -67,11 +67,16 @@ pub(crate) fn drive<P: Payload>(
                 Action::Kill(worker) => transport.kill(worker),
                 Action::Assign(worker, jobs) => {
                     let bytes = |(_, job): &(_, usize)| tasks[*job].payload.bytes();
-                    let payloads: Vec<_> =
-                        jobs.iter().map(bytes).collect::<Result<_, _>>().map_err(RunError::Payload)?;
+                    let payloads: Vec<_> = jobs
+                        .iter()
+                        .map(bytes)
+                        .collect::<Result<_, _>>()
+                        .map_err(RunError::Payload)?;
                     let assigned = jobs.iter().zip(&payloads);
-                    let assigned = assigned
-                        .map(|((lease, _), payload)| Assignment { lease: *lease, payload: &**payload });
+                    let assigned = assigned.map(|((lease, _), payload)| Assignment {
+                        lease: *lease,
+                        payload: &**payload,
+                    });
                     transport.reply(worker, Reply::Jobs(assigned.collect()))?;
                 }
                 Action::Dismiss(worker) => transport.reply(worker, Reply::Stop)?,

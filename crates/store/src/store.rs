@@ -282,7 +282,7 @@ impl Store {
         self.core.replace(&mut manifest, next)
     }
 
-    /// Keeps words about a study, which a [`Glance`](crate::Glance) at the store shows until records
+    /// Keeps words about a study. A [`Glance`](crate::Glance) at the store shows them until records
     /// come that may change what they say.
     pub fn keep_words(&self, study: &str, words: KeptWords) {
         self.core.kept.set(study, words);

@@ -8,7 +8,7 @@
 
 use std::sync::OnceLock;
 
-use identity::{JobKey, KeyHasher};
+use identity::{JobKey, JobKeyHasher};
 
 use crate::axis::{self, Group, Target};
 use crate::job::{Job, PHYSICS_VERSION, TextPart};
@@ -30,7 +30,7 @@ struct PartTexts {
     /// The parts in their order.
     parts: Vec<PartText>,
     /// The hash of what no axis changes at the beginning, once it is known.
-    beginning: OnceLock<KeyHasher>,
+    beginning: OnceLock<JobKeyHasher>,
     /// The number of parts at the beginning that no axis changes.
     constant: usize,
 }
@@ -128,7 +128,7 @@ impl<'s> PointKeys<'s> {
         let mut hasher = match parts.beginning.get() {
             Some(beginning) => beginning.clone(),
             None => {
-                let mut beginning = KeyHasher::new(PHYSICS_VERSION);
+                let mut beginning = JobKeyHasher::new(PHYSICS_VERSION);
                 let mut count = 0;
                 self.visit(parts, 0, index, |part| {
                     if count < parts.constant {

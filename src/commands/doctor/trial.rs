@@ -14,9 +14,9 @@ use super::trial_place::trial_place;
 use crate::account::this_run;
 use crate::execution::single_worker;
 use crate::failure_limit::FailureCount;
-use crate::run_jobs::{JobsLeft, RunJobs};
 use crate::ledger::StoreLedger;
 use crate::output;
+use crate::run_jobs::{JobsLeft, RunJobs};
 use crate::stored::WrittenStore;
 use crate::words::duration;
 

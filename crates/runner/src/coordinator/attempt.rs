@@ -88,7 +88,8 @@ impl Coordinator {
             Ok(bytes) => Verdict::Completed(bytes),
             Err(reason) => Verdict::Quarantined { reason },
         };
-        self.unsaved.push((saving, Done { task: job, key: entry.key, verdict, worker, seconds, attempts }));
+        self.unsaved
+            .push((saving, Done { task: job, key: entry.key, verdict, worker, seconds, attempts }));
         self.counts.saving += 1;
         if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
             worker.unsaved += 1;

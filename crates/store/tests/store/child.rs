@@ -6,7 +6,8 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use store::{
-    ExportHeader, ExportWriter, KeptWords, MergeSelection, OpenError, ShardName, Store, merge_into_export,
+    ExportHeader, ExportWriter, KeptWords, MergeSelection, OpenError, ShardName, Store,
+    merge_into_export,
 };
 
 use super::{RULES, key, record, records};

@@ -46,10 +46,7 @@ fn the_studies_of_the_program_have_the_same_keys_enumerated() {
 /// Axes of which a study has some, each with other parts of a job that it changes.
 const AXES: [(&str, &str); 11] = [
     ("friction.mu", "[0.0, 0.1, 0.3]"),
-    (
-        "loading.steps[0].approach",
-        "{ log = true, from = \"1 um\", to = \"10 um\", count = 3 }",
-    ),
+    ("loading.steps[0].approach", "{ log = true, from = \"1 um\", to = \"10 um\", count = 3 }"),
     ("loading.steps[0].shift_x", "[0.0, \"1 um\", \"-1 um\"]"),
     ("loading.steps[1].shift_x", "[0.0, \"1 um\", \"2 um\"]"),
     (
