@@ -549,9 +549,11 @@ impl<'r> Results<'r> {
     /// Returns the first of some figures that shows something that varies, without columns that do
     /// not; the first of all as long as no curve has two points.
     fn varying(&self, suggestions: &[Figure]) -> Result<Option<Figure>, AnswerError> {
-        let mentions: Vec<&str> =
-            suggestions.iter().flat_map(Figure::shown).map(String::as_str).collect();
-        let mentions: Vec<&str> = mentions.into_iter().chain(["status"]).collect();
+        let names = suggestions.iter().flat_map(|figure| {
+            let apart = figure.series.iter().chain(&figure.panels).chain(&figure.names);
+            figure.shown().chain([&figure.x]).chain(apart)
+        });
+        let mentions: Vec<&str> = names.map(String::as_str).chain(["status"]).collect();
         let table = self.table(&mentions)?.filter(IS_CERTIFIED)?;
         let noise = match &self.held {
             HeldResults::Whole { points, .. } => noise(points),
