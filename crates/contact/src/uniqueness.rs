@@ -18,6 +18,7 @@
 //! - `ball`: numbers with a bound of their error;
 //! - [`strip`]: exact μ* of one row of elements in the plane of x and z;
 //! - `bracket`: both sides of μ* at once;
+//! - [`monotony`]: brackets held against those of larger domains;
 //! - [`rolling`]: what is proved where nothing couples, in rolling too.
 //!
 //! # Definition
@@ -88,6 +89,7 @@ mod bracket;
 mod descent;
 mod lbfgs;
 pub mod lower;
+pub mod monotony;
 mod newton;
 mod question;
 mod ratio;

@@ -60,6 +60,14 @@ pub fn proof(record: &Record) -> Option<Proof> {
     Some(proof.unwrap_or_else(|error| Proof::Wrong(error.to_string())))
 }
 
+/// Returns the question of a record and the ends of the bracket that it claims; `None` for a record
+/// that claims none.
+pub fn bracket_ends(record: &Record) -> Option<(Question, [f64; 2])> {
+    let bracket = record.bracketed().filter(|_| record.is_certified())?.bracket.as_ref()?;
+    let Ok(Job::Uniqueness { question, .. }) = record.parse_job() else { return None };
+    Some((question, bracket.ends()?))
+}
+
 /// Verifies both ends of a bracket, from what it carries and the question alone.
 fn verify(question: &Question, bracket: &Bracket) -> Result<Proof, SceneError> {
     let system = System::new(question)?;

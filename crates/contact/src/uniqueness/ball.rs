@@ -107,11 +107,7 @@ impl Wide {
     const TINY: f64 = 1e-280;
 
     fn rounded([high, low]: [f64; 2], radius: f64) -> Self {
-        Self {
-            high,
-            low,
-            radius: (radius + Self::ROUNDING * high.abs() + Self::TINY) * LONGER,
-        }
+        Self { high, low, radius: (radius + Self::ROUNDING * high.abs() + Self::TINY) * LONGER }
     }
 
     /// Returns a bound of the absolute value of its middle.
@@ -262,7 +258,8 @@ mod tests {
     fn what_is_no_number_has_no_sign() {
         fn unclear<B: Ball>() -> bool {
             let [zero, one] = [0.0, 1.0].map(B::exact);
-            let lost = [one.over(zero), zero.over(zero), B::exact(f64::NAN), one.over(zero).minus(one)];
+            let lost =
+                [one.over(zero), zero.over(zero), B::exact(f64::NAN), one.over(zero).minus(one)];
             lost.into_iter().all(|ball| ball.sign() == Sign::Unclear)
         }
         assert!(unclear::<Narrow>() && unclear::<Wide>());

@@ -274,9 +274,8 @@ fn eliminate<B: Ball>(matrix: &[B], size: usize, mu: B, case: ElementCase, rest:
                 let then = of(i + 2, 0).minus(first.times(of(1, 0))).over(second);
                 for j in 0..left {
                     let row = of(0, j + 2).minus(factor.times(of(1, j + 2)));
-                    rest[i * left + j] = of(i + 2, j + 2)
-                        .minus(first.times(of(1, j + 2)))
-                        .minus(then.times(row));
+                    rest[i * left + j] =
+                        of(i + 2, j + 2).minus(first.times(of(1, j + 2))).minus(then.times(row));
                 }
             }
             match (pivot.sign(), second.sign()) {
@@ -433,10 +432,8 @@ struct Critical {
 /// smaller.
 fn improve(strip: &Strip, mut best: Critical) -> Critical {
     let n = strip.elements;
-    let pairs: Vec<[ElementCase; 2]> = ElementCase::ALL
-        .into_iter()
-        .flat_map(|a| ElementCase::ALL.map(|b| [a, b]))
-        .collect();
+    let pairs: Vec<[ElementCase; 2]> =
+        ElementCase::ALL.into_iter().flat_map(|a| ElementCase::ALL.map(|b| [a, b])).collect();
     loop {
         let before = best.mu;
         for first in 0..n.saturating_sub(1) {
@@ -649,9 +646,7 @@ impl Factors {
         let mut positive = true;
         for j in 0..size {
             let largest = (j..size)
-                .max_by(|&a, &b| {
-                    matrix[a * size + j].abs().total_cmp(&matrix[b * size + j].abs())
-                })
+                .max_by(|&a, &b| matrix[a * size + j].abs().total_cmp(&matrix[b * size + j].abs()))
                 .unwrap_or(j);
             if largest != j {
                 for column in 0..size {
