@@ -256,7 +256,7 @@ punch.width_x = ["2 mm", "4 mm", "5 mm"]
     let rows =
         place.json("query strip --select mu_low,mu_high,critical_case --json")["rows"].clone();
     for (row, (exact, case)) in
-        [(1.773060, "+-"), (1.640249, "+-h+"), (1.512713, "+-h+-")].into_iter().enumerate()
+        [(1.773060, "fb"), (1.640249, "fbhf"), (1.512713, "fbhfb")].into_iter().enumerate()
     {
         let [low, high] = ["mu_low", "mu_high"].map(|name| rows[row][name].as_f64().unwrap());
         assert!((low - exact).abs() < 2e-6 && high > low && high - low < 5e-6, "{rows}");

@@ -172,14 +172,15 @@ const MARGIN: f64 = 1e-7;
 /// The largest friction at which a determinant is looked for that is not positive.
 const MOST_MU: f64 = 1e12;
 
-/// Returns a letter for each element: `o` open, `h` held, `s` stick, `+` and `-` slip.
+/// Returns a letter for each element: `o` open, `h` held, `s` stick, `f` and `b` slip forward and
+/// backward.
 pub fn letters(cases: &[ElementCase]) -> String {
     let letter = |case: &ElementCase| match case {
         ElementCase::Open => 'o',
         ElementCase::Held => 'h',
         ElementCase::Stick => 's',
-        ElementCase::SlipForward => '+',
-        ElementCase::SlipBackward => '-',
+        ElementCase::SlipForward => 'f',
+        ElementCase::SlipBackward => 'b',
     };
     cases.iter().map(letter).collect()
 }

@@ -202,7 +202,7 @@ pub(crate) const BRACKET: &[Column] = result_columns! {
     });
     Observable "critical_case" Text
         "case of each element of a strip at which uniqueness ends: o open, h open and held \
-         sideways, s stick, + and - slip"
+         sideways, s stick, f and b slip forward and backward"
         bracketed!(|found| match &found.bracket {
         Some(Bracket::Strip { lower, .. }) => Value::Text(letters(&lower.critical)),
         _ => Value::Missing,
