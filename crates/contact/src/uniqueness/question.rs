@@ -3,12 +3,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::strip;
 use crate::common::random;
 use crate::model::{
     Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene,
     SceneError, Shape, Step,
 };
+
+/// The largest number of elements of a strip. Its 5ⁿ cases take tens of seconds.
+pub const MOST_STRIP_ELEMENTS: usize = 12;
 
 /// The data that μ* depends on, in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,11 +55,11 @@ impl Question {
         let error = |key: &str, value: String, expected: String| {
             Err(SceneError { key: key.to_owned(), value, expected })
         };
-        if !strip::is_strip([nx as usize, ny as usize]) {
+        if !is_strip([nx as usize, ny as usize]) {
             let expected = format!(
                 "must be [n, 1], one row of 1 to {} elements along x, where the search is of \
                  tractions in a plane",
-                strip::MOST_ELEMENTS
+                MOST_STRIP_ELEMENTS
             );
             return error("numerics.mesh", format!("[{nx}, {ny}]"), expected);
         }
@@ -152,4 +154,9 @@ impl Default for WitnessSearch {
     fn default() -> Self {
         Self { starts: 24, kept: 2, seed: 1 }
     }
+}
+
+/// Says if the elements are one row of at most [`MOST_STRIP_ELEMENTS`] along x.
+pub(super) fn is_strip([nx, ny]: [usize; 2]) -> bool {
+    ny == 1 && nx <= MOST_STRIP_ELEMENTS
 }

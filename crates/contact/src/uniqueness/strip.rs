@@ -8,10 +8,10 @@
 //! displacement that is the same everywhere and grows with the logarithm of their length.
 //!
 //! # Cases of signs
-//! By [`super`], μ ≥ μ* if and only if some (s, t) ≠ 0 has su ≤ 0 and tv ≤ μ|s||v| at every element.
-//! The first says that (1 − c)s + cu = 0 for some 0 ≤ c ≤ 1. The second says that v = 0 or that
-//! t − as is 0 or has the other sign than v for some |a| ≤ μ, and so that (1 − d)(t − as) + dv = 0
-//! for some 0 ≤ d ≤ 1. These are two rows for each element, R(c, a, d)(s, t) = 0, and
+//! By [`super`], μ ≥ μ* if and only if some (s, t) ≠ 0 has su ≤ 0 and tv ≤ μ|s||v| at every
+//! element. The first says that (1 − c)s + cu = 0 for some 0 ≤ c ≤ 1. The second says that v = 0
+//! or that t − as is 0 or has the other sign than v for some |a| ≤ μ, and so that (1 − d)(t − as)
+//! + dv = 0 for some 0 ≤ d ≤ 1. These are two rows for each element, R(c, a, d)(s, t) = 0, and
 //!
 //! ```text
 //! μ < μ*  if and only if  det R(c, a, d) ≠ 0 for all 0 ≤ c, d ≤ 1 and |a| ≤ μ at each element.
@@ -50,6 +50,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::ball::{Ball, Narrow, Sign, Wide};
+use super::question::{MOST_STRIP_ELEMENTS, is_strip};
 use super::system::System;
 use super::upper::{STIFFNESS, needed};
 use super::witness::Witness;
@@ -126,7 +127,7 @@ pub enum StripError {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StripVerifyError {
     /// The mesh is no row of a few elements.
-    #[error("Ω has {found} elements: it must be one row of at most {MOST_ELEMENTS} along x")]
+    #[error("Ω has {found} elements: it must be one row of at most {MOST_STRIP_ELEMENTS} along x")]
     Mesh {
         /// The elements along x and y.
         found: String,
@@ -163,9 +164,6 @@ pub enum StripVerifyError {
     },
 }
 
-/// The largest number of elements, whose 5ⁿ cases take about a minute for each bound that is shown.
-pub const MOST_ELEMENTS: usize = 12;
-
 /// The relative distance of the lower end from the friction at which a determinant vanishes.
 const MARGIN: f64 = 1e-7;
 
@@ -185,11 +183,6 @@ pub fn letters(cases: &[ElementCase]) -> String {
     cases.iter().map(letter).collect()
 }
 
-/// Says if the elements are one row of at most [`MOST_ELEMENTS`] along x.
-pub(crate) fn is_strip([nx, ny]: [usize; 2]) -> bool {
-    ny == 1 && nx <= MOST_ELEMENTS
-}
-
 /// The operator of a strip: a 2n × 2n matrix, row by row, with s and t of an element side by side.
 #[derive(Clone, Debug)]
 struct Strip {
@@ -207,7 +200,7 @@ impl Strip {
         let size = 2 * elements;
         let scale = 2_f64.powi(-(system.largest_diagonal().log2().round() as i32));
         let matrix = (0..size * size)
-            .map(|at| scale * whole[(place(at / size), place(at % size))])
+            .map(|entry| scale * whole[(place(entry / size), place(entry % size))])
             .collect();
         Self { elements, matrix }
     }
@@ -218,7 +211,7 @@ impl Strip {
         let (n, size) = (self.elements, 2 * self.elements);
         let place = |i: usize| 2 * ends_first(i / 2, n) + i % 2;
         let matrix = (0..size * size)
-            .map(|at| self.matrix[place(at / size) * size + place(at % size)])
+            .map(|entry| self.matrix[place(entry / size) * size + place(entry % size)])
             .collect();
         Self { elements: n, matrix }
     }
