@@ -9,9 +9,10 @@
 //!
 //! # Cases of signs
 //! By [`super`], μ ≥ μ* if and only if some (s, t) ≠ 0 has su ≤ 0 and tv ≤ μ|s||v| at every
-//! element. The first says that (1 − c)s + cu = 0 for some 0 ≤ c ≤ 1. The second says that v = 0
-//! or that t − as is 0 or has the other sign than v for some |a| ≤ μ, and so that (1 − d)(t − as)
-//! + dv = 0 for some 0 ≤ d ≤ 1. These are two rows for each element, R(c, a, d)(s, t) = 0, and
+//! element. The first says that (1 − c)s + cu = 0 for some 0 ≤ c ≤ 1. The second says that v = 0,
+//! or that t − as is 0 or has the other sign than v for some |a| ≤ μ, which is the same as
+//! (1 − d)(t − as) + dv = 0 for some 0 ≤ d ≤ 1. These are two rows for each element,
+//! R(c, a, d)(s, t) = 0, and
 //!
 //! ```text
 //! μ < μ*  if and only if  det R(c, a, d) ≠ 0 for all 0 ≤ c, d ≤ 1 and |a| ≤ μ at each element.
