@@ -110,6 +110,8 @@ pub(crate) struct Coordinator {
     pub(super) last_failure: String,
     /// The finished results that were not yet given to the ledger.
     pub(super) unsaved: Vec<(Saving, Done)>,
+    /// The time at which the first of them came.
+    pub(super) gathers_since: Duration,
     /// The results that were given to the ledger.
     pub(super) committing: Vec<Saving>,
     /// The decaying sum of the times that jobs took \[s\].
@@ -197,6 +199,7 @@ impl Coordinator {
             failed_starts: 0,
             last_failure: String::new(),
             unsaved: Vec::new(),
+            gathers_since: Duration::ZERO,
             committing: Vec::new(),
             took: 0.0,
             predicted: 0.0,

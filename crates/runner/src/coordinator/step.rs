@@ -35,7 +35,7 @@ impl Coordinator {
     pub(crate) fn alarm(&self) -> Option<Duration> {
         let deadlines =
             self.workers.values().filter_map(|worker| Some(self.deadline(worker)?.time));
-        deadlines.chain(self.time_limit()).min()
+        deadlines.chain(self.time_limit()).chain(self.gathers_until()).min()
     }
 
     /// Hears `input` at the time `now` since the start of the run and returns the actions to carry
@@ -282,7 +282,8 @@ impl Coordinator {
     }
 
     fn settle(&mut self) {
-        if self.committing.is_empty() && !self.unsaved.is_empty() {
+        let gathers = self.gathers_until().is_some_and(|time| self.now < time);
+        if self.committing.is_empty() && !self.unsaved.is_empty() && !gathers {
             let (saving, done) = std::mem::take(&mut self.unsaved).into_iter().unzip();
             self.committing = saving;
             self.actions.push(Action::Commit(done));
