@@ -28,8 +28,8 @@ pub(crate) struct KeptStudy {
     /// The numbers of points: all, solved, failed, left, and left out by conditions.
     points: [usize; 5],
     inaccurate: usize,
-    /// The facts that a run tells which finds nothing to do; `None` of a study that every run has to
-    /// examine.
+    /// The facts that a run tells which finds nothing to do; `None` of a study that every run has
+    /// to examine.
     facts: Option<SummaryFacts>,
 }
 

@@ -2,7 +2,8 @@
 //! in memory, and its text is made when a worker gets it and when its result is kept.
 
 use std::borrow::Cow;
-use std::collections::HashSet;
+use std::cmp::Reverse;
+use std::collections::{HashMap, HashSet};
 use std::error::Error;
 
 use answers::{check, choice, forecast};
@@ -52,6 +53,8 @@ struct JobForecast {
     operator: u64,
     /// The predicted time \[s\].
     seconds: f64,
+    /// The part of that time in which an operator is made that other jobs may share \[s\].
+    assembly: f64,
     /// The predicted memory \[bytes\].
     memory: u64,
 }
@@ -156,8 +159,8 @@ impl<'s> RunJobs<'s> {
         if let Some(case) = job.case().filter(|_| is_bound) {
             Problem::new(&case.scene, &case.numerics, surfaces).map_err(refused)?;
         }
-        let contact::Forecast { operator, seconds, memory, .. } = forecast;
-        Ok(JobForecast { operator, seconds, memory })
+        let contact::Forecast { operator, seconds, assembly, memory, .. } = forecast;
+        Ok(JobForecast { operator, seconds, assembly, memory })
     }
 
     /// Returns the jobs that are left, without those in `computed`.
@@ -168,6 +171,7 @@ impl<'s> RunJobs<'s> {
         computed: &HashSet<JobKey>,
     ) -> Result<JobsLeft<'_>> {
         let mut left = JobsLeft { tasks: Vec::new(), damaged: 0 };
+        let mut assemblies = Vec::new();
         for (block, jobs) in self.jobs.chunks(AT_A_TIME).enumerate() {
             let keys: Vec<JobKey> = jobs.iter().map(|job| job.key).collect();
             let states = store.states(&keys)?;
@@ -178,26 +182,38 @@ impl<'s> RunJobs<'s> {
                 if computed.contains(&job.key) || is_cached() {
                     return Ok(None);
                 }
-                let task = self.task(block * AT_A_TIME + offset, *job)?;
-                Ok(Some((task, state == RecordState::Damaged)))
+                let forecast = self.forecast(block * AT_A_TIME + offset, *job)?;
+                let task = self.task(block * AT_A_TIME + offset, *job, &forecast)?;
+                Ok(Some((task, forecast.assembly, state == RecordState::Damaged)))
             });
             let tasks: Vec<Result<Option<_>>> = tasks.collect();
             for task in tasks {
-                if let Some((task, is_damaged)) = task? {
+                if let Some((task, assembly, is_damaged)) = task? {
                     left.damaged += usize::from(is_damaged);
                     left.tasks.push(task);
+                    assemblies.push(assembly);
                 }
             }
         }
+        share_operators(&mut left.tasks, &assemblies);
         Ok(left)
     }
 
-    fn task(&self, index: usize, job: RunJob) -> Result<Task<JobOrder<'_>>> {
-        let JobForecast { operator, seconds, memory } =
-            match self.forecasts.get(index).copied().flatten() {
-                Some(forecast) => forecast,
-                None => self.examined(job, false)?,
-            };
+    /// Returns the forecast of a job, which may have been made when it was examined.
+    fn forecast(&self, index: usize, job: RunJob) -> Result<JobForecast> {
+        match self.forecasts.get(index).copied().flatten() {
+            Some(forecast) => Ok(forecast),
+            None => self.examined(job, false),
+        }
+    }
+
+    fn task(
+        &self,
+        index: usize,
+        job: RunJob,
+        forecast: &JobForecast,
+    ) -> Result<Task<JobOrder<'_>>> {
+        let JobForecast { operator, seconds, memory, .. } = *forecast;
         let mut order = JobOrder { jobs: self, job: index as u32, bytes: 0 };
         order.bytes = u32::try_from(order.made()?.len()).unwrap_or(u32::MAX);
         Ok(Task {
@@ -296,6 +312,25 @@ impl Payload for JobOrder<'_> {
 
     fn bytes(&self) -> Result<Cow<'_, [u8]>, Box<dyn Error + Send + Sync>> {
         Ok(Cow::Owned(self.made()?))
+    }
+}
+
+/// Leaves the time that an operator takes with the first of the jobs that share it. `assemblies`
+/// has that time for each of the tasks \[s\].
+fn share_operators<P>(tasks: &mut [Task<P>], assemblies: &[f64]) {
+    let mut first: HashMap<u64, usize> = HashMap::new();
+    // Within a group, jobs of a low rank go first, and of these the long ones.
+    let turn = |task: &Task<P>| (task.rank, Reverse(task.cost.to_bits()));
+    for (index, task) in tasks.iter().enumerate() {
+        let first = first.entry(task.group).or_insert(index);
+        if turn(task) < turn(&tasks[*first]) {
+            *first = index;
+        }
+    }
+    for (index, (task, assembly)) in tasks.iter_mut().zip(assemblies).enumerate() {
+        if first.get(&task.group) != Some(&index) {
+            task.cost -= assembly;
+        }
     }
 }
 

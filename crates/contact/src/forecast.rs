@@ -13,7 +13,7 @@ use crate::problem::{Effects, Layout, Operators, check_distances, on_grid};
 use crate::punch::{Surfaces, domain};
 use crate::uniqueness::{Question, WitnessSearch, lower};
 
-/// The forecast of the time and the memory of a solve.
+/// The forecast of the time and the memory of a solve by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
     /// The numbers of elements along x and y.
@@ -25,6 +25,9 @@ pub struct Forecast {
     pub unknowns: usize,
     /// The time on a processor of about 2020, within a factor of a few \[s\].
     pub seconds: f64,
+    /// The part of the time that the operator takes \[s\]. Of jobs that share one, and that a worker
+    /// does one after another, only the first takes it.
+    pub assembly: f64,
     /// The memory for operator and fields \[bytes\].
     pub memory: u64,
     /// A hint at the operator: scenes with the same number mostly share an operator, and those with
@@ -153,12 +156,14 @@ pub fn forecast(
     };
     let memory = memory + 56.0 * pixels as f64;
     let memory = memory + interior.bytes;
-    let seconds = interior.seconds + set_up + assembly * (1.0 + rolled) + seconds * solves + 1e-4;
+    let assembly = assembly * (1.0 + rolled);
+    let seconds = interior.seconds + set_up + assembly + seconds * solves + 1e-4;
     Ok(Forecast {
         elements: [layout.nx, layout.ny],
         increments,
         unknowns,
         seconds,
+        assembly,
         memory: memory as u64,
         operator: hasher.finish(),
     })
@@ -229,7 +234,7 @@ pub fn forecast_search(
 ) -> Result<Forecast, SceneError> {
     search.validate()?;
     let whole = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..numerics.clone() };
-    let Forecast { elements, increments, unknowns, seconds, memory, operator } =
+    let Forecast { elements, increments, unknowns, seconds, assembly, memory, operator } =
         forecast(scene, &whole, surfaces)?;
     let k = elements[0] * elements[1];
     if k > Multiplicity::MOST_ELEMENTS {
@@ -252,10 +257,14 @@ pub fn forecast_search(
         increments,
         unknowns,
         seconds: seconds + searched,
+        assembly,
         memory: memory + (4.0 * 8.0 * rows * rows) as u64,
         operator,
     })
 }
+
+/// The time of a case of signs of a strip's elements \[s\].
+const SECONDS_OF_CASE: f64 = 1e-7;
 
 /// Forecasts the bracketing of μ*.
 ///
@@ -270,6 +279,19 @@ pub fn forecast_bracket(
     let (scene, numerics) = question.flat_punch();
     let Forecast { elements: [nx, ny], memory, .. } =
         forecast(&scene, &numerics, &Surfaces::new())?;
+    if question.plane {
+        // Each of 5ⁿ cases takes a few operations, for the search and for the check of its end.
+        let seconds = 0.02 + SECONDS_OF_CASE * 5_f64.powi(nx as i32);
+        return Ok(Forecast {
+            elements: [nx, ny],
+            increments: 0,
+            unknowns: 2 * nx,
+            seconds,
+            assembly: 0.0,
+            memory,
+            operator: 0,
+        });
+    }
     let k = (nx * ny) as f64;
     let rows = 3.0 * k;
     // This is the time of Newton's method from a random start, or from stripes if elements are few
@@ -292,6 +314,7 @@ pub fn forecast_bracket(
         increments: 0,
         unknowns: 3 * nx * ny,
         seconds,
+        assembly: 0.0,
         memory: memory + factored as u64,
         operator: 0,
     })
@@ -335,6 +358,7 @@ mod tests {
                 mesh: Mesh::Exact([n, n]),
                 projection: Projection::Average,
                 epsilon: 0.0,
+                plane: false,
             };
             forecast_bracket(&question, &WitnessSearch::default()).unwrap().memory
         };
