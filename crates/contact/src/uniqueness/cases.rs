@@ -25,15 +25,19 @@
 //! ```
 //!
 //! and if that is positive definite there is no x with F(x) ≤ μ in the case. The weights are those
-//! of the case. Where elements are left undecided, a proof holds for all their cases at once, so the
-//! cases form a tree whose leaves are proved; most of 2ᵏ combinations are never looked at. The
+//! of the case. Where elements are left undecided, a proof holds for all their cases at once, and for
+//! the images of all under the symmetries of Ω, so most of 2ᵏ combinations are never looked at. The
 //! penalties κ are finite numbers and part of the proof: no limit is taken. Weights are constant on
-//! the orbits of elements under the symmetries that keep the case.
+//! the orbits of elements under the symmetries that keep the case. The share of the rounding that
+//! is due to symmetry ([`lower`](super::lower)) counts in every case, for its images.
+
+use std::collections::HashSet;
 
 use serde::{Deserialize, Serialize};
 
 use super::barrier::{NormalPenalty, Program, Weights};
 use super::lower::{self, Freedom, LowerBound, LowerError};
+use super::question::MOST_CASE_ELEMENTS;
 use super::symmetry::{Block, Symmetries};
 use super::system::System;
 
@@ -80,6 +84,12 @@ pub struct CaseBound {
 /// The reason why cases prove nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CaseError {
+    /// There are too many elements.
+    #[error("Ω has {elements} elements: cases are of at most {MOST_CASE_ELEMENTS}")]
+    Elements {
+        /// The number of elements.
+        elements: usize,
+    },
     /// The cases leave some out.
     #[error("the {cases} excluded cases are not all: {missing}")]
     Missing {
@@ -130,7 +140,6 @@ const TOLERANCE: f64 = 1e-4;
 /// A case with its operator.
 struct DecidedCase {
     states: Vec<NormalCase>,
-    symmetries: Symmetries,
     /// The orbit of each element.
     orbit: Vec<usize>,
     /// The number of elements in each orbit.
@@ -145,7 +154,7 @@ impl DecidedCase {
         let mut sizes = vec![0; orbit.iter().max().map_or(0, |last| last + 1)];
         orbit.iter().for_each(|&o| sizes[o] += 1);
         let blocks = symmetries.blocks(system);
-        Self { states, symmetries, orbit, sizes, blocks }
+        Self { states, orbit, sizes, blocks }
     }
 
     /// Returns the penalty of each orbit.
@@ -176,16 +185,17 @@ impl DecidedCase {
         self.orbit.iter().map(|&orbit| of_orbits[orbit]).collect()
     }
 
+    /// Says if weights exclude the case. The `asymmetry` is that of Ω, whatever the case's.
     fn is_excluded(
         &self,
-        system: &System,
+        asymmetry: f64,
         weights: &LowerBound,
         penalties: [f64; 2],
         mu: f64,
     ) -> bool {
         lower::is_positive_in_case(
             &self.blocks,
-            lower::asymmetry_norm(system, self.symmetries),
+            asymmetry,
             &LowerBound { mu, ..weights.clone() },
             Some(&self.penalty(penalties[0], penalties[1])),
         )
@@ -201,9 +211,47 @@ struct CaseStart {
     q: Vec<f64>,
 }
 
+/// The states of a case as bits, one for each element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+struct CaseBits {
+    /// The elements that are decided.
+    decided: u32,
+    /// The elements that are closed.
+    closed: u32,
+}
+
+impl CaseBits {
+    const NONE: Self = Self { decided: 0, closed: 0 };
+
+    fn with(self, element: usize, state: NormalCase) -> Self {
+        let bit = 1 << element;
+        match state {
+            NormalCase::Undecided => self,
+            NormalCase::Open => Self { decided: self.decided | bit, ..self },
+            NormalCase::Closed => Self { decided: self.decided | bit, closed: self.closed | bit },
+        }
+    }
+
+    /// Returns the image of a case, with the image of each element.
+    fn of_image(states: &[NormalCase], image: &[usize]) -> Self {
+        let pairs = states.iter().zip(image);
+        pairs.fold(Self::NONE, |bits, (state, &element)| bits.with(element, *state))
+    }
+
+    /// Says if every combination of the other case is one of this.
+    fn covers(self, other: Self) -> bool {
+        self.decided & !other.decided == 0 && (self.closed ^ other.closed) & self.decided == 0
+    }
+}
+
 /// The search for cases that exclude all.
 struct CaseSearch<'a> {
     system: &'a System,
+    asymmetry: f64,
+    /// The images of all elements under the symmetries of Ω.
+    images: Vec<Vec<usize>>,
+    /// The cases looked at, each as the least of its images.
+    seen: HashSet<CaseBits>,
     start: CaseStart,
     penalties: [f64; 2],
     /// The elements in the order in which they are decided: those in the middle come first.
@@ -236,6 +284,11 @@ impl CaseSearch<'_> {
 
     /// Excludes a case, or all cases that it falls into. It returns false where too many are tried.
     fn exclude(&mut self, states: Vec<NormalCase>) -> bool {
+        let image = self.images.iter().map(|image| CaseBits::of_image(&states, image)).min();
+        if image.is_some_and(|bits| !self.seen.insert(bits)) {
+            // It is the image of a case that is excluded, or whose parts are.
+            return true;
+        }
         self.tried += 1;
         if self.tried > MOST_TRIED {
             return false;
@@ -247,14 +300,14 @@ impl CaseSearch<'_> {
         };
         let undecided =
             self.order.iter().copied().find(|&e| case.states[e] == NormalCase::Undecided);
-        let mut is_excluded = case.is_excluded(self.system, &weights, self.penalties, self.mu);
+        let mut is_excluded = case.is_excluded(self.asymmetry, &weights, self.penalties, self.mu);
         while !is_excluded && undecided.is_none() {
             // Nothing is left to decide: the bound is that of this case.
             self.mu *= 1.0 - 1e-3;
             if self.mu < 1e-12 {
                 return false;
             }
-            is_excluded = case.is_excluded(self.system, &weights, self.penalties, self.mu);
+            is_excluded = case.is_excluded(self.asymmetry, &weights, self.penalties, self.mu);
         }
         if is_excluded {
             self.cases.push(ExcludedCase {
@@ -300,10 +353,15 @@ pub(super) fn bound(system: &System) -> Result<CaseBound, LowerError> {
         p: all.of_elements(&products(&|beta, tau| beta * tau)),
         q: all.of_elements(&products(&|beta, tau| beta / tau)),
     };
+    let symmetries = Symmetries::of(system, |_, _| true);
+    let asymmetry = lower::asymmetry_norm(system, symmetries);
     let diagonal = system.largest_diagonal();
     let alpha = start.alpha.iter().sum::<f64>() / elements as f64;
     let mut search = CaseSearch {
         system,
+        asymmetry,
+        images: symmetries.images(system),
+        seen: HashSet::new(),
         start,
         penalties: [PENALTY * alpha / diagonal, PENALTY * alpha * diagonal],
         order: from_the_middle(system),
@@ -313,7 +371,7 @@ pub(super) fn bound(system: &System) -> Result<CaseBound, LowerError> {
     };
     let closed = DecidedCase::of(system, vec![NormalCase::Closed; elements]);
     let weights = search.weights(&closed, f64::INFINITY).ok_or(useless)?;
-    let proves = |mu: f64| closed.is_excluded(system, &weights, search.penalties, mu);
+    let proves = |mu: f64| closed.is_excluded(asymmetry, &weights, search.penalties, mu);
     let (mut low, mut high) = (root.mu, 4.0 * root.mu);
     for _ in 0..40 {
         let mu = 0.5 * (low + high);
@@ -323,6 +381,7 @@ pub(super) fn bound(system: &System) -> Result<CaseBound, LowerError> {
     while goal > root.mu {
         (search.mu, search.tried) = (goal, 0);
         search.cases.clear();
+        search.seen.clear();
         if search.exclude(vec![NormalCase::Undecided; elements]) {
             return Ok(CaseBound { mu: search.mu, cases: search.cases });
         }
@@ -365,6 +424,9 @@ pub fn verify(system: &System, bound: &CaseBound) -> Result<(), CaseError> {
         return Err(CaseError::Mu { mu: bound.mu });
     }
     let elements = system.elements();
+    if elements > MOST_CASE_ELEMENTS {
+        return Err(CaseError::Elements { elements });
+    }
     for (index, case) in bound.cases.iter().enumerate() {
         let wrong = |reason: String| Err(CaseError::Numbers { case: index, reason });
         if case.states.len() != elements {
@@ -375,9 +437,19 @@ pub fn verify(system: &System, bound: &CaseBound) -> Result<(), CaseError> {
             return wrong(format!("a penalty is {value:e}: it must be finite and at least 0"));
         }
     }
-    let all: Vec<&ExcludedCase> = bound.cases.iter().collect();
-    covers(&all, &mut vec![NormalCase::Undecided; elements])
-        .map_err(|missing| CaseError::Missing { cases: bound.cases.len(), missing })?;
+    let symmetries = Symmetries::of(system, |_, _| true);
+    let images = symmetries.images(system);
+    let covered: Vec<CaseBits> = bound
+        .cases
+        .iter()
+        .flat_map(|case| images.iter().map(|image| CaseBits::of_image(&case.states, image)))
+        .collect();
+    cover(&covered, &from_the_middle(system), CaseBits::NONE).map_err(|missing| {
+        let letter = |element: usize| if missing.closed >> element & 1 == 1 { 'c' } else { 'o' };
+        let missing = (0..elements).map(letter).collect();
+        CaseError::Missing { cases: bound.cases.len(), missing }
+    })?;
+    let asymmetry = lower::asymmetry_norm(system, symmetries);
     for (index, excluded) in bound.cases.iter().enumerate() {
         let case = DecidedCase::of(system, excluded.states.clone());
         let weights = LowerBound {
@@ -390,40 +462,20 @@ pub fn verify(system: &System, bound: &CaseBound) -> Result<(), CaseError> {
         lower::check_weights(&weights, case.sizes.len())
             .map_err(|error| CaseError::Numbers { case: index, reason: error.to_string() })?;
         let penalties = [excluded.displacement_penalty, excluded.pressure_penalty];
-        if !case.is_excluded(system, &weights, penalties, bound.mu) {
+        if !case.is_excluded(asymmetry, &weights, penalties, bound.mu) {
             return Err(CaseError::NotExcluded { case: index, mu: bound.mu });
         }
     }
     Ok(())
 }
 
-/// Shows that cases cover all in which the decided elements of `known` are as it says; the error is
-/// a combination for which that is not seen, in words.
-fn covers(cases: &[&ExcludedCase], known: &mut Vec<NormalCase>) -> Result<(), String> {
-    let is_decided = |state: NormalCase| state != NormalCase::Undecided;
-    let covers_all = |case: &&ExcludedCase| {
-        case.states.iter().zip(&*known).all(|(state, known)| !is_decided(*state) || state == known)
-    };
-    if cases.iter().any(covers_all) {
+/// Shows that every combination of a case is one of those that are covered. It decides one element
+/// after the other in the order given. The error is a combination that is left out.
+fn cover(covered: &[CaseBits], order: &[usize], case: CaseBits) -> Result<(), CaseBits> {
+    if covered.iter().any(|other| other.covers(case)) {
         return Ok(());
     }
-    let element = (0..known.len()).find(|&e| {
-        !is_decided(known[e]) && !cases.is_empty() && cases.iter().all(|c| is_decided(c.states[e]))
-    });
-    let Some(element) = element else {
-        let letter = |state: &NormalCase| match state {
-            NormalCase::Undecided => '?',
-            NormalCase::Open => 'o',
-            NormalCase::Closed => 'c',
-        };
-        return Err(known.iter().map(letter).collect());
-    };
-    for state in [NormalCase::Closed, NormalCase::Open] {
-        let half: Vec<&ExcludedCase> =
-            cases.iter().copied().filter(|case| case.states[element] == state).collect();
-        known[element] = state;
-        covers(&half, known)?;
-    }
-    known[element] = NormalCase::Undecided;
-    Ok(())
+    let Some((&element, rest)) = order.split_first() else { return Err(case) };
+    cover(covered, rest, case.with(element, NormalCase::Closed))?;
+    cover(covered, rest, case.with(element, NormalCase::Open))
 }

@@ -85,6 +85,7 @@ fn a_wrong_case_bound_is_refused_in_each_of_its_parts() {
             CaseError::Numbers { .. } => "numbers",
             CaseError::Mu { .. } => "mu",
             CaseError::NotExcluded { .. } => "not excluded",
+            CaseError::Elements { .. } => "elements",
         };
         assert_eq!(name, kind, "{error}");
     };
