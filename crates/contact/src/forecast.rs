@@ -296,7 +296,10 @@ pub fn forecast_bracket(
     let waves = if nx == ny { 12.0 } else { 18.0 };
     let stripes = waves * if k <= 16.0 { newton } else { 0.035 * k.min(64.0) };
     let kept = if k > 100.0 { 0.02 * k * f64::from(search.kept.max(1)) } else { 0.0 };
-    let seconds = 0.02 + random * newton + stripes + kept;
+    // Cases grow in number with the elements, and each takes longer (3 × 3 and 4 × 4 elements took
+    // 2 s and 50 s on a machine shared with other work).
+    let cases = if search.cases { 0.03 * 1.58_f64.powf(k.min(16.0)) } else { 0.0 };
+    let seconds = 0.02 + random * newton + stripes + kept + cases;
     // The matrices are the four blocks of the two mirror planes, with a form and its factor for
     // each of two threads. There are none if the blocks are too large to factor.
     let block = 0.75 * k;

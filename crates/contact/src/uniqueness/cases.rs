@@ -24,12 +24,13 @@
 //! F(μ) + κ_u Σ y₁² over closed elements + κ_s Σ x₁² over open ones,    κ_u, κ_s ≥ 0,
 //! ```
 //!
-//! and if that is positive definite there is no x with F(x) ≤ μ in the case. The weights are those
-//! of the case. Where elements are left undecided, a proof holds for all their cases at once, and for
-//! the images of all under the symmetries of Ω, so most of 2ᵏ combinations are never looked at. The
-//! penalties κ are finite numbers and part of the proof: no limit is taken. Weights are constant on
-//! the orbits of elements under the symmetries that keep the case. The share of the rounding that
-//! is due to symmetry ([`lower`](super::lower)) counts in every case, for its images.
+//! and if that is positive definite there is no x with F(x) ≤ μ in the case. The weights are
+//! those of the case. Where elements are left undecided, a proof holds for all their cases at
+//! once, and for the images of all under the symmetries of Ω, so most of 2ᵏ combinations are
+//! never looked at. The penalties κ are finite numbers and part of the proof: no limit is
+//! taken. Weights are constant on the orbits of elements under the symmetries that keep the
+//! case. The share of the rounding that is due to symmetry ([`lower`](super::lower)) counts in
+//! every case, for its images.
 
 use std::collections::HashSet;
 
@@ -129,9 +130,8 @@ const MOST_TRIED: usize = 3000;
 /// the others take fewer cases.
 const SLACK: f64 = 1e-3;
 
-/// The penalties over the weights of the root, in units of the operator's largest diagonal entry. On
-/// 3 × 3 elements a fifth of this is enough; with a hundred times more the iteration for the weights
-/// ends far from the best ones.
+/// The penalties over the mean weight α of the root, in units of the operator's largest diagonal
+/// entry.
 const PENALTY: f64 = 300.0;
 
 /// The relative accuracy to which weights are optimised.
