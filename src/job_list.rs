@@ -1,5 +1,6 @@
 //! The jobs of a study, and those of them that are left.
 
+use std::cmp::Reverse;
 use std::collections::{HashMap, HashSet};
 
 use answers::effects::{Overview, overview};
@@ -90,6 +91,7 @@ impl JobList {
         computed: &HashSet<JobKey>,
     ) -> Result<JobsLeft> {
         let mut left = JobsLeft { tasks: Vec::new(), damaged: 0, texts: HashMap::new() };
+        let mut assemblies = Vec::new();
         for (DistinctJob { point, forecast }, state) in
             self.distinct.iter().zip(store.states(&self.keys())?)
         {
@@ -109,8 +111,10 @@ impl JobList {
                 cost: forecast.seconds,
                 memory: forecast.memory,
             });
+            assemblies.push(forecast.assembly);
             left.texts.insert(*key, text);
         }
+        share_operators(&mut left.tasks, &assemblies);
         Ok(left)
     }
 
@@ -132,6 +136,25 @@ impl JobList {
     /// Returns the keys of the distinct jobs.
     pub(crate) fn keys(&self) -> Vec<JobKey> {
         self.distinct.iter().map(|job| self.points[job.point].key).collect()
+    }
+}
+
+/// Leaves the time that an operator takes with the first of the jobs that share it. `assemblies` has
+/// that time for each of the tasks \[s\].
+fn share_operators(tasks: &mut [Task], assemblies: &[f64]) {
+    let mut first: HashMap<u64, usize> = HashMap::new();
+    // Within a group, jobs of a low rank go first, and of these the long ones.
+    let turn = |task: &Task| (task.rank, Reverse(task.cost.to_bits()));
+    for (index, task) in tasks.iter().enumerate() {
+        let first = first.entry(task.group).or_insert(index);
+        if turn(task) < turn(&tasks[*first]) {
+            *first = index;
+        }
+    }
+    for (index, (task, assembly)) in tasks.iter_mut().zip(assemblies).enumerate() {
+        if first.get(&task.group) != Some(&index) {
+            task.cost -= assembly;
+        }
     }
 }
 

@@ -13,7 +13,7 @@ use crate::problem::{Effects, Layout, Operators, check_distances, on_grid};
 use crate::punch::{Surfaces, domain};
 use crate::uniqueness::{Question, WitnessSearch, lower};
 
-/// The forecast of the time and the memory of a solve.
+/// The forecast of the time and the memory of a solve by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
     /// The numbers of elements along x and y.
@@ -25,6 +25,9 @@ pub struct Forecast {
     pub unknowns: usize,
     /// The time on a processor of about 2020, within a factor of a few \[s\].
     pub seconds: f64,
+    /// The part of the time that the operator takes \[s\]. Of jobs that share one, and that a worker
+    /// does one after another, only the first takes it.
+    pub assembly: f64,
     /// The memory for operator and fields \[bytes\].
     pub memory: u64,
     /// A hint at the operator: scenes with the same number mostly share an operator, and those with
@@ -153,12 +156,14 @@ pub fn forecast(
     };
     let memory = memory + 56.0 * pixels as f64;
     let memory = memory + interior.bytes;
-    let seconds = interior.seconds + set_up + assembly * (1.0 + rolled) + seconds * solves + 1e-4;
+    let assembly = assembly * (1.0 + rolled);
+    let seconds = interior.seconds + set_up + assembly + seconds * solves + 1e-4;
     Ok(Forecast {
         elements: [layout.nx, layout.ny],
         increments,
         unknowns,
         seconds,
+        assembly,
         memory: memory as u64,
         operator: hasher.finish(),
     })
@@ -229,7 +234,7 @@ pub fn forecast_search(
 ) -> Result<Forecast, SceneError> {
     search.validate()?;
     let whole = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..numerics.clone() };
-    let Forecast { elements, increments, unknowns, seconds, memory, operator } =
+    let Forecast { elements, increments, unknowns, seconds, assembly, memory, operator } =
         forecast(scene, &whole, surfaces)?;
     let k = elements[0] * elements[1];
     if k > Multiplicity::MOST_ELEMENTS {
@@ -252,6 +257,7 @@ pub fn forecast_search(
         increments,
         unknowns,
         seconds: seconds + searched,
+        assembly,
         memory: memory + (4.0 * 8.0 * rows * rows) as u64,
         operator,
     })
@@ -310,6 +316,7 @@ pub fn forecast_bracket(
         increments: 0,
         unknowns: 3 * nx * ny,
         seconds,
+        assembly: 0.0,
         memory: memory + factored as u64,
         operator: 0,
     })

@@ -9,7 +9,8 @@
 //! - A reply to a worker is an acknowledgement: it is sent only when everything that the worker
 //!   reported is durable.
 //! - Commits clock themselves. While one is being written, further results gather and form the
-//!   next. So a lone result never waits for a timer, and under load one commit serves many jobs.
+//!   next; they gather a little longer while their workers have other work. So a result for which a
+//!   worker waits never waits for a timer, and one commit serves many jobs.
 //! - A worker holds a little work ahead ([`dealing`]), according to the prediction corrected by the
 //!   real times of the jobs, so that neither transport nor disk stalls short jobs. A job longer
 //!   than that is never held behind another.

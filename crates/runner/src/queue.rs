@@ -57,6 +57,9 @@ pub(crate) struct Queue {
     open: BTreeSet<(GroupTurn, GroupIndex)>,
     /// Every waiting job, the cheapest first.
     by_cost: BTreeSet<(u64, usize)>,
+    /// The sum of the costs of all waiting jobs, in whole nanoseconds, so that what is added and
+    /// taken away leaves no rest.
+    nanoseconds: u128,
     /// The group and the turn of each job.
     jobs: Vec<(GroupIndex, Turn)>,
 }
@@ -93,6 +96,16 @@ impl Queue {
         self.by_cost.len()
     }
 
+    /// Returns the predicted time of all waiting jobs together \[s\].
+    pub(crate) fn seconds(&self) -> f64 {
+        self.nanoseconds as f64 * 1e-9
+    }
+
+    /// Returns the waiting job with the longest predicted time.
+    pub(crate) fn longest(&self) -> Option<usize> {
+        self.by_cost.last().map(|&(_, job)| job)
+    }
+
     /// Returns the waiting job with the shortest predicted time.
     pub(crate) fn shortest(&self) -> Option<usize> {
         self.by_cost.first().map(|&(_, job)| job)
@@ -114,7 +127,9 @@ impl Queue {
     pub(crate) fn put(&mut self, job: usize) {
         let (group, turn) = self.jobs[job];
         self.groups[group].waiting.insert(turn);
-        self.by_cost.insert((turn.cost.0, job));
+        if self.by_cost.insert((turn.cost.0, job)) {
+            self.nanoseconds += nanoseconds(turn.cost);
+        }
         self.open.insert((self.groups[group].turn, group));
     }
 
@@ -122,7 +137,9 @@ impl Queue {
     pub(crate) fn take_this(&mut self, job: usize) -> bool {
         let (group, turn) = self.jobs[job];
         let taken = self.groups[group].waiting.remove(&turn);
-        self.by_cost.remove(&(turn.cost.0, job));
+        if self.by_cost.remove(&(turn.cost.0, job)) {
+            self.nanoseconds -= nanoseconds(turn.cost);
+        }
         if self.groups[group].waiting.is_empty() {
             self.open.remove(&(self.groups[group].turn, group));
         }
@@ -189,6 +206,11 @@ impl Queue {
         self.take_this(job);
         Some((job, group))
     }
+}
+
+/// Returns a cost in whole nanoseconds.
+fn nanoseconds(Reverse(cost): CostBits) -> u128 {
+    (f64::from_bits(cost) * 1e9) as u128
 }
 
 #[cfg(test)]
@@ -260,7 +282,11 @@ mod tests {
         assert_eq!(queue.take(None, 2.0, |_| true), Some((3, queue.group(3))));
         assert_eq!(queue.take(Some(queue.group(2)), 2.5, |_| true).unwrap().0, 0);
         assert_eq!(queue.take(None, 2.5, |_| true), None);
-        assert_eq!((queue.shortest(), queue.len()), (Some(2), 2));
+        assert_eq!((queue.shortest(), queue.longest(), queue.len()), (Some(2), Some(1), 2));
+        assert_eq!(queue.seconds(), 8.0);
         assert_eq!(queue.take(None, f64::INFINITY, |_| true).unwrap().0, 1);
+        queue.put(1);
+        queue.put(1);
+        assert_eq!(queue.seconds(), 8.0, "a job waits once");
     }
 }

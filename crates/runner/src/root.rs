@@ -136,7 +136,7 @@ pub fn remove_bodies(directory: &Path) -> std::io::Result<()> {
 /// software are left alone.
 pub fn sweep_leftovers() -> usize {
     let mut removed = 0;
-    for (name, path) in entries(Path::new(SHARED_MEMORY)) {
+    for (name, path) in entries(Path::new(SHARED_MEMORY), NAME) {
         let Some(tag) = name.strip_prefix(NAME).filter(|tag| is_tag(tag)) else { continue };
         // The lock is held during the removal, so that nobody else removes it as well.
         if let Ok(Some(_lock)) = lock(&path) {
@@ -203,23 +203,31 @@ fn is_mine(metadata: &Metadata) -> bool {
     metadata.uid() == getuid().as_raw()
 }
 
-/// Lists the names and paths of the entries that belong to this user.
-pub(crate) fn entries(dir: &Path) -> Vec<(String, PathBuf)> {
+/// Lists the names and paths of the entries whose names begin with `prefix` and that belong to this
+/// user. Of the others nothing is asked: many workers have thousands of entries together.
+pub(crate) fn entries(dir: &Path, prefix: &str) -> Vec<(String, PathBuf)> {
     let Ok(found) = std::fs::read_dir(dir) else { return Vec::new() };
-    let mine =
-        found.flatten().filter(|entry| entry.metadata().is_ok_and(|metadata| is_mine(&metadata)));
-    mine.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path()))).collect()
+    let named =
+        found.flatten().filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry)));
+    let ours = named.filter(|(name, entry)| {
+        name.starts_with(prefix) && entry.metadata().is_ok_and(|metadata| is_mine(&metadata))
+    });
+    ours.map(|(name, entry)| (name, entry.path())).collect()
 }
 
 /// Removes the files in a directory and below whose names begin with `prefix`.
 fn remove_prefixed(dir: &Path, prefix: &str) {
-    for (name, path) in entries(dir) {
-        let is_dir = std::fs::symlink_metadata(&path).is_ok_and(|metadata| metadata.is_dir());
-        if !is_dir && name.starts_with(prefix) {
+    let is_dir = |path: &Path| std::fs::symlink_metadata(path).is_ok_and(|found| found.is_dir());
+    for (_, path) in entries(dir, prefix) {
+        if !is_dir(&path) {
             let _ = std::fs::remove_file(path);
-        } else if is_dir && dir != Path::new(SHARED_MEMORY) {
-            remove_prefixed(&path, prefix);
         }
+    }
+    if dir == Path::new(SHARED_MEMORY) {
+        return;
+    }
+    for (_, path) in entries(dir, "").into_iter().filter(|(_, path)| is_dir(path)) {
+        remove_prefixed(&path, prefix);
     }
 }
 

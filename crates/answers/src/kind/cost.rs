@@ -35,7 +35,7 @@ pub(super) fn forecast(
     surfaces: &Surfaces,
 ) -> Result<Forecast, SceneError> {
     let once = solve::forecast(case, surfaces)?;
-    Ok(Forecast { seconds: once.seconds * f64::from(repeat), ..once })
+    Ok(Forecast { seconds: once.seconds * f64::from(repeat), assembly: 0.0, ..once })
 }
 
 /// Solves a scene `repeat` times on so many threads, each time from the scene to the result:

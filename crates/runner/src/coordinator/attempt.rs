@@ -1,10 +1,16 @@
 //! The end of an attempt, and what becomes of its job.
 
-use super::state::{Coordinator, JobState, Postponement, Saving};
+use std::time::Duration;
+
+use super::state::{Coordinator, JobState, Postponement, Saving, Worker};
 use crate::error::Want;
 use crate::event::EventKind;
 use crate::lease::WorkerId;
 use crate::ledger::{Done, Verdict};
+
+/// The time for which results gather while their workers have enough to do. A commit costs as much
+/// for one result as for many.
+const GATHERING: Duration = Duration::from_millis(20);
 
 impl Coordinator {
     /// Notes that one attempt failed. The job is held by nobody.
@@ -88,11 +94,29 @@ impl Coordinator {
             Ok(bytes) => Verdict::Completed(bytes),
             Err(reason) => Verdict::Quarantined { reason },
         };
+        if self.unsaved.is_empty() {
+            self.gathers_since = self.now;
+        }
         self.unsaved.push((saving, Done { key: entry.key, verdict, worker, seconds, attempts }));
         self.counts.saving += 1;
         if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
             worker.unsaved += 1;
         }
+    }
+
+    /// Returns the time until which results gather before they are committed; `None` if there are
+    /// none, or if they are committed at once, because the worker of one of them would soon have
+    /// nothing to do.
+    pub(super) fn gathers_until(&self) -> Option<Duration> {
+        let ratio = self.calibration()?;
+        let is_pressed = |worker: &Worker| {
+            worker.unsaved > 0 && worker.load.cost * ratio < GATHERING.as_secs_f64()
+        };
+        let waits = !self.unsaved.is_empty()
+            && self.committing.is_empty()
+            && !self.stopping()
+            && !self.workers.values().any(is_pressed);
+        waits.then(|| self.gathers_since.saturating_add(GATHERING))
     }
 
     pub(super) fn committed(&mut self) {

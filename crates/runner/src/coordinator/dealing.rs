@@ -12,6 +12,12 @@ const MOST_JOBS: usize = 512;
 /// The largest size of the payloads in one reply \[bytes\].
 const MOST_BYTES: usize = 512 << 10;
 
+/// The ratio of the time of a job to that of the next one in turn by which it may go first.
+const MUCH_LONGER: f64 = 2.0;
+/// The factor by which a long job goes earlier than it must by prediction, which may be wrong by as
+/// much.
+const EARLIER: f64 = 2.0;
+
 impl Coordinator {
     /// Answers a worker that asks, if there is something to say.
     pub(super) fn answer(&mut self, id: WorkerId) {
@@ -40,6 +46,7 @@ impl Coordinator {
             self.jobs[job].state = JobState::Leased(lease);
             assigned.push((lease, job));
         }
+        self.weigh(id);
         self.actions.push(Action::Assign(id, assigned));
         for job in jobs {
             self.counts.waiting -= 1;
@@ -59,12 +66,15 @@ impl Coordinator {
             .workers
             .iter()
             .filter(|&(&other, _)| other != id)
-            .map(|(_, other)| self.memory(other))
+            .map(|(_, other)| other.load.memory)
             .sum();
-        let mut memory = self.memory(worker);
+        let mut memory = worker.load.memory;
         let calibration = self.calibration();
         let seconds = |job: &TrackedJob| job.cost * calibration.unwrap_or(f64::INFINITY);
-        let mut ahead: f64 = self.held(worker).map(seconds).sum();
+        let mut ahead = match worker.leases.is_empty() {
+            true => 0.0,
+            false => worker.load.cost * calibration.unwrap_or(f64::INFINITY),
+        };
         let (held, mut group, mut bytes) = (worker.leases.len(), worker.group, 0);
         // The last jobs are dealt out in ever smaller portions, so that all workers end together.
         let share = (self.queue.len() / 2 / self.options.workers).max(1);
@@ -76,6 +86,15 @@ impl Coordinator {
             };
             let longest = self.longest_that_fits(ahead);
             let Some((job, of)) = self.queue.take(group, longest, fits) else { break };
+            let (job, of) =
+                match self.overdue(job).filter(|&late| jobs[late].cost <= longest && fits(late)) {
+                    Some(late) => {
+                        self.queue.put(job);
+                        self.queue.take_this(late);
+                        (late, self.queue.group(late))
+                    }
+                    None => (job, of),
+                };
             let behind = held + chosen.len() > 0;
             if behind
                 && (ahead + seconds(&self.jobs[job]) > AHEAD
@@ -103,5 +122,16 @@ impl Coordinator {
             worker.group = group;
         }
         chosen
+    }
+
+    /// Returns the longest job that waits if it should not wait any longer behind one that has just
+    /// been taken: it takes about as long as everything else on all workers, and the others would
+    /// be idle while the last one does it. It must be much longer than the other: for a small gain
+    /// no worker leaves its group.
+    fn overdue(&self, taken: usize) -> Option<usize> {
+        let late = self.queue.longest()?;
+        let cost = self.jobs[late].cost;
+        let rest = self.queue.seconds() / self.options.workers as f64;
+        (cost >= MUCH_LONGER * self.jobs[taken].cost && EARLIER * cost >= rest).then_some(late)
     }
 }

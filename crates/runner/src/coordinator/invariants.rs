@@ -74,7 +74,12 @@ impl Coordinator {
                 self.counts
             ));
         }
-        let memory: u64 = self.workers.values().map(|worker| self.memory(worker)).sum();
+        if let Some((id, worker)) =
+            self.workers.iter().find(|(_, worker)| worker.load != self.load_of(worker))
+        {
+            return Err(format!("worker {id} has another load than {:?}", worker.load));
+        }
+        let memory: u64 = self.workers.values().map(|worker| worker.load.memory).sum();
         if memory > self.options.memory_limit {
             return Err(format!(
                 "{memory} bytes of memory are promised, the limit is {}",

@@ -62,6 +62,8 @@ pub(super) struct Worker {
     pub(super) awaits_reply: bool,
     /// The leases in the order in which the worker works on them.
     pub(super) leases: VecDeque<LeaseId>,
+    /// The predicted time and memory of the jobs that it holds.
+    pub(super) load: Load,
     /// The number of its results that are not durable.
     pub(super) unsaved: usize,
     pub(super) group: Option<GroupIndex>,
@@ -69,6 +71,16 @@ pub(super) struct Worker {
     pub(super) heard: Duration,
     /// The time of the last request, or of the last grant to an idle worker.
     pub(super) progress: Duration,
+}
+
+/// The prediction for all the jobs that a worker holds. It is kept beside the leases: with many
+/// workers, adding it up whenever one of them speaks would take longer than short jobs do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Load {
+    /// The sum of their predicted times \[s\].
+    pub(super) cost: f64,
+    /// The memory of the largest \[bytes\]: jobs run one after another.
+    pub(super) memory: u64,
 }
 
 /// A result on its way to the ledger.
@@ -98,6 +110,8 @@ pub(crate) struct Coordinator {
     pub(super) last_failure: String,
     /// The finished results that were not yet given to the ledger.
     pub(super) unsaved: Vec<(Saving, Done)>,
+    /// The time at which the first of them came.
+    pub(super) gathers_since: Duration,
     /// The results that were given to the ledger.
     pub(super) committing: Vec<Saving>,
     /// The decaying sum of the times that jobs took \[s\].
@@ -185,6 +199,7 @@ impl Coordinator {
             failed_starts: 0,
             last_failure: String::new(),
             unsaved: Vec::new(),
+            gathers_since: Duration::ZERO,
             committing: Vec::new(),
             took: 0.0,
             predicted: 0.0,
@@ -261,15 +276,24 @@ impl Coordinator {
         (self.predicted > 0.0).then(|| self.took / self.predicted)
     }
 
-    /// Iterates over the jobs that a worker holds.
-    pub(super) fn held<'a>(&'a self, worker: &'a Worker) -> impl Iterator<Item = &'a TrackedJob> {
-        worker.leases.iter().filter_map(|&lease| Some(&self.jobs[self.leases.get(lease)?.job]))
+    /// Adds up the load of a worker anew, after its leases have changed.
+    pub(super) fn weigh(&mut self, id: WorkerId) {
+        let Some(worker) = self.workers.get(&id) else { return };
+        let load = self.load_of(worker);
+        if let Some(worker) = self.workers.get_mut(&id) {
+            worker.load = load;
+        }
     }
 
-    /// Returns the memory that a worker needs \[bytes\]. It runs its jobs one after another, so it
-    /// needs as much as the largest.
-    pub(super) fn memory(&self, worker: &Worker) -> u64 {
-        self.held(worker).map(|job| job.memory).max().unwrap_or(0)
+    /// Returns the load of a worker by its leases.
+    pub(super) fn load_of(&self, worker: &Worker) -> Load {
+        let mut load = Load::default();
+        for lease in worker.leases.iter().filter_map(|&lease| self.leases.get(lease)) {
+            let job = &self.jobs[lease.job];
+            load.cost += job.cost;
+            load.memory = load.memory.max(job.memory);
+        }
+        load
     }
 }
 

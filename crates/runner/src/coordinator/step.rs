@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::messages::{Action, Hopeless, Input};
-use super::state::{Coordinator, Phase, Worker};
+use super::state::{Coordinator, Load, Phase, Worker};
 use crate::error::Want;
 use crate::event::EventKind;
 use crate::lease::{Lease, LeaseId, WorkerId};
@@ -35,7 +35,7 @@ impl Coordinator {
     pub(crate) fn alarm(&self) -> Option<Duration> {
         let deadlines =
             self.workers.values().filter_map(|worker| Some(self.deadline(worker)?.time));
-        deadlines.chain(self.time_limit()).min()
+        deadlines.chain(self.time_limit()).chain(self.gathers_until()).min()
     }
 
     /// Hears `input` at the time `now` since the start of the run and returns the actions to carry
@@ -111,6 +111,7 @@ impl Coordinator {
         for report in reports {
             self.report(id, report);
         }
+        self.weigh(id);
         if idle && self.workers.get(&id).is_some_and(|worker| !worker.leases.is_empty()) {
             let how = "lost track of the jobs it was given".into();
             self.kill(id, Loss { how, cause: Cause::Circumstances });
@@ -122,8 +123,11 @@ impl Coordinator {
             self.tally.stale += 1;
             return;
         };
-        if let Some(worker) = self.workers.get_mut(&id) {
-            worker.leases.retain(|&held| held != report.lease);
+        if let Some(worker) = self.workers.get_mut(&id)
+            // It is the first, as a rule.
+            && let Some(place) = worker.leases.iter().position(|&held| held == report.lease)
+        {
+            worker.leases.remove(place);
         }
         self.counts.running -= 1;
         let seconds = report.seconds.max(0.0);
@@ -255,8 +259,7 @@ impl Coordinator {
             }),
             Phase::Ready if worker.leases.is_empty() => None,
             Phase::Ready => {
-                let predicted = self.held(worker).map(|job| job.cost).sum::<f64>()
-                    * self.calibration().unwrap_or(1.0).max(1.0);
+                let predicted = worker.load.cost * self.calibration().unwrap_or(1.0).max(1.0);
                 let allowed = grace.saturating_add(
                     Duration::try_from_secs_f64(predicted * patience).unwrap_or(Duration::MAX),
                 );
@@ -279,7 +282,8 @@ impl Coordinator {
     }
 
     fn settle(&mut self) {
-        if self.committing.is_empty() && !self.unsaved.is_empty() {
+        let gathers = self.gathers_until().is_some_and(|time| self.now < time);
+        if self.committing.is_empty() && !self.unsaved.is_empty() && !gathers {
             let (saving, done) = std::mem::take(&mut self.unsaved).into_iter().unzip();
             self.committing = saving;
             self.actions.push(Action::Commit(done));
@@ -323,6 +327,7 @@ impl Coordinator {
                 has_asked: false,
                 awaits_reply: false,
                 leases: VecDeque::new(),
+                load: Load::default(),
                 unsaved: 0,
                 group: None,
                 heard: self.now,

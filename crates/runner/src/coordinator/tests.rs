@@ -1,5 +1,6 @@
 //! Faults are played to the pure step.
 
+mod mixed;
 mod random;
 mod time;
 

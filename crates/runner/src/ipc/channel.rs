@@ -123,9 +123,9 @@ impl ChannelNames {
             }
             Ok(())
         };
-        for (name, path) in entries(std::path::Path::new(SHARED_MEMORY)) {
-            // The other end may just have removed a segment.
-            match if name.starts_with(&self.prefix) { reserve(&path) } else { Ok(()) } {
+        for (_, path) in entries(std::path::Path::new(SHARED_MEMORY), &self.prefix) {
+            match reserve(&path) {
+                // The other end may just have removed a segment.
                 Err(error) if error.kind() != ErrorKind::NotFound => {
                     return Err(TransportError {
                         doing: "cannot reserve shared memory",
