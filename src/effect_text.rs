@@ -19,7 +19,7 @@ pub(crate) fn overview_words(overview: &Overview) -> String {
     if let [only] = &overview.groups[..] {
         let jobs =
             if only.jobs == 1 { String::new() } else { format!(" of all {} jobs", only.jobs) };
-        let lines = effect_lines(Some(only.solver), &only.effects, only.cost);
+        let lines = effect_lines(only.solver, &only.effects, only.cost);
         return format!("effects{jobs}\n{lines}");
     }
     let mut text = String::new();
@@ -52,7 +52,7 @@ fn group_words(overview: &Overview, group: &EffectGroup) -> String {
         "effects of {}{}\n{}",
         count(group.jobs, "job", "jobs"),
         if group.label.is_empty() { String::new() } else { format!(": {}", group.label) },
-        effect_lines(overview.solver.xor(Some(group.solver)), &lines, group.cost)
+        effect_lines(group.solver.filter(|_| overview.solver.is_none()), &lines, group.cost)
     )
 }
 
@@ -95,18 +95,17 @@ fn why(line: &EffectLine, cost: Prediction) -> String {
 
 /// Returns the effects of a group of jobs as a table, after the method.
 pub(crate) fn effect_table(group: &EffectGroup) -> Result<DataTable, TableError> {
-    let SolverChoice { method, reason } = group.solver;
     let row = |texts: [&str; 3]| texts.map(Cell::from).to_vec();
-    let solver = match method {
+    let solver = group.solver.map(|SolverChoice { method, reason }| match method {
         Method::Seidel => row(["method", "seidel", &format!("{reason}; it leaves out nothing")]),
         Method::Newton | Method::Auto => row(["method", "newton", reason]),
-    };
+    });
     let effects = group
         .effects
         .iter()
         .map(|line| row([line.effect.name(), on_or_off(line), &why(line, group.cost)]));
     let columns = ["effect", "simulated", "reason"].map(|name| TableColumn::new(name, ""));
-    DataTable::new(columns.to_vec(), [solver].into_iter().chain(effects).collect())
+    DataTable::new(columns.to_vec(), solver.into_iter().chain(effects).collect())
 }
 
 /// Returns what is saved by leaving an effect out, of the prediction `with` it.

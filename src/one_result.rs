@@ -1,6 +1,6 @@
 //! One result whole, to be read or as JSON: for `show` and `solve`.
 
-use answers::effects::{effects, missing_surface, reducible_case};
+use answers::effects::{effects_of_job, missing_surface};
 use answers::patches::{self, Patch, inclination_words, patches, place_on_rail};
 use answers::{Accounts, AnswerTable, forecast, path_columns, rows, tables_of, warnings};
 use anyhow::Result;
@@ -109,9 +109,9 @@ pub(crate) fn json(
         let left = values(Role::is_of_solutions, &|column| column.value_left(&point, record));
         said["uncertified"] = serde_json::json!(left);
     }
-    if let (Some(case), None) = (reducible_case(&point.job), missing_surface(&point.job, surfaces))
-    {
-        let listed = effects(case, surfaces)?;
+    let is_known = missing_surface(&point.job, surfaces).is_none();
+    if let Some(listed) = effects_of_job(&point.job, surfaces).filter(|_| is_known) {
+        let listed = listed?;
         said["effects"] = serde_json::json!(listed.lines);
         said["method"] = serde_json::json!(listed.solver);
         said["predicted"] = serde_json::json!(listed.cost);
@@ -199,12 +199,12 @@ fn path_words(point: &StudyPoint, record: &Record, surfaces: &Surfaces) -> Strin
 
 /// Lists the effects of a job that can leave some out.
 fn effect_words(point: &StudyPoint, surfaces: &Surfaces) -> Result<String> {
-    let Some(case) = reducible_case(&point.job) else { return Ok(String::new()) };
+    let Some(listed) = effects_of_job(&point.job, surfaces) else { return Ok(String::new()) };
     if let Some(missing) = missing_surface(&point.job, surfaces) {
         return Ok(format!("effects\n  not known: the store's studies do not hold {missing}\n"));
     }
-    let listed = effects(case, surfaces)?;
-    let lines = effect_lines(Some(listed.solver), &listed.lines, listed.cost);
+    let listed = listed?;
+    let lines = effect_lines(listed.solver, &listed.lines, listed.cost);
     Ok(format!("effects\n{lines}"))
 }
 

@@ -6,8 +6,10 @@ mod gc;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use answers::{Proof, Results, proof};
+use answers::{Proof, Results, bracket_ends, proof};
 use anyhow::{Context, Result, anyhow};
+use contact::uniqueness::Question;
+use contact::uniqueness::monotony::{Contradiction, contradictions};
 use identity::JobKey;
 use indicatif::BinaryBytes;
 use store::{
@@ -49,14 +51,33 @@ fn needed_by(bytes: &[u8]) -> Vec<Digest> {
     Record::decode(bytes).map_or_else(|_| Vec::new(), |record| references(&record).needed)
 }
 
+/// Returns the brackets that contradict one on a part of their domain, with the reason.
+fn contradicted(brackets: Vec<(JobKey, (Question, [f64; 2]))>) -> Vec<(JobKey, String)> {
+    let (keys, brackets): (Vec<JobKey>, Vec<(Question, [f64; 2])>) = brackets.into_iter().unzip();
+    let reason = |Contradiction { smaller, larger }: Contradiction| {
+        let ([low, _], [_, high]) = (brackets[larger].1, brackets[smaller].1);
+        let reason = format!(
+            "its lower end {low} is above the upper end {high} of record {}, whose domain is a \
+             part of its own: one of the two is wrong",
+            keys[smaller]
+        );
+        (keys[larger], reason)
+    };
+    contradictions(&brackets).into_iter().map(reason).collect()
+}
+
 fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
     let mut undecodable: Vec<(JobKey, String)> = Vec::new();
     let mut too_large: Vec<(JobKey, String)> = Vec::new();
+    let mut brackets: Vec<(JobKey, (Question, [f64; 2]))> = Vec::new();
     let (mut foreign, mut proved) = (0, 0);
     let found = store.verify(|key, bytes| match Record::decode(bytes) {
         Ok(record) if record.key() == *key => {
             match deep.then(|| proof(&record)).flatten() {
-                Some(Proof::Holds(_)) => proved += 1,
+                Some(Proof::Holds(_)) => {
+                    proved += 1;
+                    brackets.extend(bracket_ends(&record).map(|ends| (*key, ends)));
+                }
                 Some(Proof::TooLarge(reason)) => too_large.push((*key, reason)),
                 Some(Proof::Wrong(reason)) => undecodable.push((*key, reason)),
                 None => {}
@@ -77,6 +98,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             References::default()
         }
     })?;
+    undecodable.extend(contradicted(brackets));
     let sound = found.is_sound() && undecodable.is_empty();
     let mut faults = Vec::new();
     let records = found.corrupt_records.iter().chain(&undecodable);

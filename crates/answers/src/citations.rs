@@ -86,9 +86,10 @@ fn of_job(job: &Job, surfaces: &Surfaces) -> Result<Vec<CitedSubject>, AnswerErr
                 listed.lines.iter().any(|line| line.effect == effect && !line.simulated)
             };
             let asymmetries = [Effect::AsymmetryX, Effect::AsymmetryY];
-            match listed.solver.method {
-                Method::Seidel => used.push(CitedSubject::Seidel),
-                Method::Newton | Method::Auto => {
+            match listed.solver.map(|solver| solver.method) {
+                None => {}
+                Some(Method::Seidel) => used.push(CitedSubject::Seidel),
+                Some(Method::Newton | Method::Auto) => {
                     used.push(CitedSubject::Newton);
                     if asymmetries.into_iter().any(is_left_out) {
                         used.push(CitedSubject::MirrorPlanes);
@@ -110,6 +111,7 @@ fn of_job(job: &Job, surfaces: &Surfaces) -> Result<Vec<CitedSubject>, AnswerErr
         }
         Job::Uniqueness { question, .. } => {
             used.push(CitedSubject::Uniqueness);
+            used.extend(question.plane.then_some(CitedSubject::Strips));
             if !question.foundation.layers.is_empty() {
                 used.push(CitedSubject::Effect(Effect::Layers));
             }

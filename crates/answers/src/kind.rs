@@ -28,7 +28,7 @@ use crate::perform::Performed;
 
 pub use size::RecordSize;
 pub(crate) use spec::KindAnswers;
-pub use uniqueness::{Proof, proof};
+pub use uniqueness::{Proof, bracket_ends, proof};
 
 /// Returns what is known of a kind of study.
 pub(crate) fn answers_of(kind: Kind) -> &'static KindAnswers {

@@ -62,7 +62,8 @@ pub use comparison::AnswerTable;
 pub use difference::Difference;
 pub use error::AnswerError;
 pub use kind::{
-    Proof, RecordSize, check, forecast, is_timed, perform, proof, tables_of, too_large,
+    Proof, RecordSize, bracket_ends, check, forecast, is_timed, perform, proof, tables_of,
+    too_large,
 };
 pub use path::path_columns;
 pub use perform::Performed;

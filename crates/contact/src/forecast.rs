@@ -272,6 +272,9 @@ pub fn forecast_search(
     })
 }
 
+/// The time of a case of signs of a strip's elements \[s\].
+const SECONDS_OF_CASE: f64 = 1e-7;
+
 /// Forecasts the bracketing of μ*.
 ///
 /// # Errors
@@ -285,6 +288,18 @@ pub fn forecast_bracket(
     let (scene, numerics) = question.flat_punch();
     let Forecast { elements: [nx, ny], memory, .. } =
         forecast(&scene, &numerics, &Surfaces::new())?;
+    if question.plane {
+        // Each of 5ⁿ cases takes a few operations, for the search and for the check of its end.
+        let seconds = 0.02 + SECONDS_OF_CASE * 5_f64.powi(nx as i32);
+        return Ok(Forecast {
+            elements: [nx, ny],
+            increments: 0,
+            unknowns: 2 * nx,
+            seconds,
+            memory,
+            operator: 0,
+        });
+    }
     let k = (nx * ny) as f64;
     let rows = 3.0 * k;
     // This is the time of Newton's method from a random start, or from stripes if elements are few
@@ -353,6 +368,7 @@ mod tests {
                 mesh: Mesh::Exact([n, n]),
                 projection: Projection::Average,
                 epsilon: 0.0,
+                plane: false,
             };
             forecast_bracket(&question, &WitnessSearch::default()).unwrap().memory
         };

@@ -67,6 +67,8 @@ pub enum CitedSubject {
     Multiplicity,
     /// The ends of uniqueness sets.
     Uniqueness,
+    /// The ends of uniqueness sets of strips.
+    Strips,
     /// The search for the places at which a result takes a value.
     Roots,
     /// The points that are added where a curve or a map bends.
@@ -92,6 +94,7 @@ impl CitedSubject {
             CitedSubject::Ladder,
             CitedSubject::Multiplicity,
             CitedSubject::Uniqueness,
+            CitedSubject::Strips,
             CitedSubject::Roots,
             CitedSubject::Filling,
             CitedSubject::Bootstrap,
@@ -115,6 +118,7 @@ impl CitedSubject {
             CitedSubject::Ladder => "ladder of meshes",
             CitedSubject::Multiplicity => "multiplicity",
             CitedSubject::Uniqueness => "uniqueness",
+            CitedSubject::Strips => "uniqueness of strips",
             CitedSubject::Roots => "finding roots",
             CitedSubject::Filling => "filling of curves and maps",
             CitedSubject::Bootstrap => "intervals of samples",
@@ -194,6 +198,10 @@ pub fn sources(subject: CitedSubject) -> Sources {
         CitedSubject::Uniqueness => Sources {
             works: &[&ALEXANDROV, &KNYAZEV, &NOCEDAL, &LEWIS],
             derived: "both sides of the bracket: the certificate below and the witness above",
+        },
+        CitedSubject::Strips => Sources {
+            works: &[&JOLDES],
+            derived: "the determinants whose signs decide, and the order of their elimination",
         },
         CitedSubject::Roots => works(&[&OLIVEIRA, &CHANDRUPATLA]),
         CitedSubject::Filling => Sources {
@@ -519,6 +527,18 @@ const NOCEDAL: CitedWork = CitedWork {
     pages: "",
     year: Some(2006),
     doi: None,
+};
+
+const JOLDES: CitedWork = CitedWork {
+    key: "joldes2017",
+    form: WorkForm::Article,
+    authors: &["Joldes, M.", "Muller, J.-M.", "Popescu, V."],
+    title: "Tight and rigorous error bounds for basic building blocks of double-word arithmetic",
+    published_in: "ACM Transactions on Mathematical Software",
+    volume: "44",
+    pages: "15res",
+    year: Some(2017),
+    doi: Some("10.1145/3121432"),
 };
 
 const LEWIS: CitedWork = CitedWork {

@@ -15,7 +15,10 @@
 //! - `descent`: local minimisation of F, for a witness;
 //! - `newton`: Newton's method in it, for few elements;
 //! - [`upper`]: the search for a witness, from many starts;
+//! - `ball`: numbers with a bound of their error;
+//! - [`strip`]: exact μ* of one row of elements in the plane of x and z;
 //! - `bracket`: both sides of μ* at once;
+//! - [`monotony`]: brackets held against those of larger domains;
 //! - [`rolling`]: what is proved where nothing couples, in rolling too.
 //!
 //! # Definition
@@ -80,15 +83,18 @@
 //! elements have none. Everything is dimensionless as in [`crate::problem`]: lengths are in ℓ and
 //! compliances in c, so E is in units of 1/cℓ and μ* has no unit.
 
+mod ball;
 mod barrier;
 mod bracket;
 mod descent;
 mod lbfgs;
 pub mod lower;
+pub mod monotony;
 mod newton;
 mod question;
 mod ratio;
 pub mod rolling;
+pub mod strip;
 mod symmetry;
 mod system;
 pub mod upper;

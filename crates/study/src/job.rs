@@ -180,9 +180,12 @@ impl Job {
                 case.normalise();
                 (case.numerics.method, case.numerics.simulate) = (Method::default(), Vec::new());
             }
-            Job::Uniqueness { question, .. } => {
+            Job::Uniqueness { question, search } => {
                 normalise(&mut question.foundation, &mut question.punch);
                 question.epsilon += 0.0;
+                if question.plane {
+                    *search = WitnessSearch::default();
+                }
             }
         }
     }

@@ -33,6 +33,8 @@ struct JobParts<'a> {
     simulate: &'a [Effect],
     starts: Option<u32>,
     seed: Option<u64>,
+    /// True if the search is of tractions in a plane.
+    plane: bool,
 }
 
 impl<'a> JobParts<'a> {
@@ -66,8 +68,10 @@ impl<'a> JobParts<'a> {
                 numerics: None,
                 method: None,
                 simulate: &[],
-                starts: Some(search.starts),
-                seed: Some(search.seed),
+                // Nothing is left to chance in a plane.
+                starts: (!question.plane).then_some(search.starts),
+                seed: (!question.plane).then_some(search.seed),
+                plane: question.plane,
             },
         }
     }
@@ -91,6 +95,7 @@ impl<'a> JobParts<'a> {
             simulate: &numerics.simulate,
             starts: None,
             seed: None,
+            plane: false,
         }
     }
 }
@@ -200,7 +205,8 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::MaxIterations
         | Key::Simulate
         | Key::Starts
-        | Key::Seed => of_numerics(&parts, key),
+        | Key::Seed
+        | Key::Plane => of_numerics(&parts, key),
     }
 }
 
@@ -387,6 +393,7 @@ fn of_numerics(parts: &JobParts<'_>, key: Key) -> Option<Setting> {
         }
         Key::Starts => Some(Setting::Count(parts.starts?)),
         Key::Seed => Some(Setting::Count(u32::try_from(parts.seed?).unwrap_or(u32::MAX))),
+        Key::Plane => parts.plane.then_some(Setting::Flag(true)),
         _ => None,
     }
 }

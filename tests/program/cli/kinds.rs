@@ -231,6 +231,46 @@ mesh = 2
 }
 
 #[test]
+fn strips_are_proved_anew() {
+    let text = r#"name = "strip"
+kind = "uniqueness"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0 }
+punch = { shape = "flat-rectangle", width_x = "2 mm", width_y = "1 m" }
+[search]
+plane = true
+[sweep]
+[[sweep.zip]]
+numerics.mesh = [[2, 1], [4, 1], [5, 1]]
+punch.width_x = ["2 mm", "4 mm", "5 mm"]
+"#;
+    let place = Place::with("strip.toml", text);
+    let plan = place.call("plan strip.toml");
+    assert!(
+        plan.code == 0
+            && plan.out.contains("traction-y      off  `search.plane` asks for tractions in the"),
+        "{}",
+        plan.out
+    );
+    assert_eq!(place.call("run strip.toml").code, 0);
+    let rows =
+        place.json("query strip --select mu_low,mu_high,critical_case --json")["rows"].clone();
+    for (row, (exact, case)) in
+        [(1.773060, "fb"), (1.640249, "fbhf"), (1.512713, "fbhfb")].into_iter().enumerate()
+    {
+        let [low, high] = ["mu_low", "mu_high"].map(|name| rows[row][name].as_f64().unwrap());
+        assert!((low - exact).abs() < 2e-6 && high > low && high - low < 5e-6, "{rows}");
+        assert_eq!(rows[row]["critical_case"], case, "{rows}");
+    }
+    let said = place.call("store verify --deep");
+    assert!(
+        said.code == 0 && said.out.contains("3 brackets of uniqueness sets proved anew"),
+        "{}",
+        said.out
+    );
+}
+
+#[test]
 fn every_solution_of_a_search_is_shown() {
     let place = Place::with("several.toml", SEVERAL);
     assert_eq!(place.call("run several.toml").code, 0);

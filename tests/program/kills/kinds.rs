@@ -22,6 +22,20 @@ starts = 1
 foundation.base.poisson = [0, 0.1, 0.2, 0.3, 0.4, 0.5]
 "#;
 
+const STRIPS: &str = r#"
+name = "kinds"
+kind = "uniqueness"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0 }
+punch = { shape = "flat-rectangle", width_x = "8 mm", width_y = "1 m" }
+[numerics]
+mesh = [8, 1]
+[search]
+plane = true
+[sweep]
+foundation.base.poisson = [0, 0.1, 0.2, 0.3, 0.4, 0.5]
+"#;
+
 const MULTIPLICITY: &str = include_str!("../studies/several.toml");
 
 const CONVERGENCE: &str = r#"
@@ -231,6 +245,11 @@ fn survives(study: &str, jobs: usize) {
 #[test]
 fn brackets_of_uniqueness_sets_survive() {
     survives(UNIQUENESS, 6);
+}
+
+#[test]
+fn exact_ends_of_strips_survive() {
+    survives(STRIPS, 6);
 }
 
 #[test]

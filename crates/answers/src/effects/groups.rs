@@ -10,7 +10,7 @@ use serde::Serialize;
 use study::axis::{Group, SweepAxis};
 use study::{Study, StudyPoint, Value};
 
-use super::job::{EffectLine, JobEffects, Prediction, SolverChoice, effects, reducible_case};
+use super::job::{EffectLine, JobEffects, Prediction, SolverChoice, effects_of_job};
 use crate::error::AnswerError;
 use crate::place::ValueKey;
 
@@ -25,8 +25,8 @@ pub struct EffectGroup {
     pub label: String,
     /// The number of jobs.
     pub jobs: usize,
-    /// The method that solves them.
-    pub solver: SolverChoice,
+    /// The method that solves them; `None` where no scene is solved.
+    pub solver: Option<SolverChoice>,
     /// The prediction for all jobs of the group.
     pub cost: Prediction,
     /// Every effect.
@@ -48,7 +48,8 @@ pub struct Overview {
     pub groups: Vec<EffectGroup>,
 }
 
-/// Groups a study's jobs, which are all of one kind; jobs that solve no scene have no effects.
+/// Groups a study's jobs, which are all of one kind; searches for solutions have no effects to
+/// leave out.
 /// `first` holds the indices of the points with which each job first occurs.
 ///
 /// # Errors
@@ -58,9 +59,10 @@ pub fn overview(
     points: &[StudyPoint],
     first: &[usize],
 ) -> Result<Overview, AnswerError> {
-    let cases = first.par_iter().filter_map(|index| reducible_case(&points[*index].job));
-    let listed: Vec<JobEffects> =
-        cases.map(|case| effects(case, study.surfaces())).collect::<Result<_, AnswerError>>()?;
+    let listed: Vec<JobEffects> = first
+        .par_iter()
+        .filter_map(|index| effects_of_job(&points[*index].job, study.surfaces()))
+        .collect::<Result<_, AnswerError>>()?;
     let groups_of_jobs = alike(&listed);
     let members = members(points, first, &groups_of_jobs);
     let groups: Vec<EffectGroup> = groups_of_jobs
@@ -79,10 +81,10 @@ pub fn overview(
             })
         })
         .collect();
-    let solvers: HashSet<SolverChoice> = listed.iter().map(|job| job.solver).collect();
+    let solvers: HashSet<Option<SolverChoice>> = listed.iter().map(|job| job.solver).collect();
     Ok(Overview {
         common: common(&listed, &groups),
-        solver: solvers.iter().next().copied().filter(|_| solvers.len() == 1),
+        solver: solvers.iter().next().copied().filter(|_| solvers.len() == 1).flatten(),
         cost: total(listed.iter().map(|job| job.cost)),
         jobs: listed.len(),
         groups,
@@ -92,7 +94,7 @@ pub fn overview(
 /// Groups the indices of jobs for which the same effects are simulated by the same method.
 fn alike(listed: &[JobEffects]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
-    let mut known: HashMap<(SolverChoice, Vec<bool>), usize> = HashMap::new();
+    let mut known: HashMap<(Option<SolverChoice>, Vec<bool>), usize> = HashMap::new();
     for (index, job) in listed.iter().enumerate() {
         let simulated: Vec<bool> = job.lines.iter().map(|line| line.simulated).collect();
         let group = *known.entry((job.solver, simulated)).or_insert(groups.len());

@@ -5,7 +5,8 @@ use std::ops::Add;
 use contact::model::{ChosenMethod, Effect, Method, Numerics, Shape};
 use contact::problem::Effects;
 use contact::punch::Surfaces;
-use contact::{Forecast, forecast};
+use contact::uniqueness::{Question, WitnessSearch};
+use contact::{Forecast, forecast, forecast_bracket};
 use serde::Serialize;
 use study::{Case, Job};
 
@@ -61,8 +62,8 @@ pub struct SolverChoice {
 /// The effects of one job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobEffects {
-    /// The method that solves the job.
-    pub solver: SolverChoice,
+    /// The method that solves the job; `None` for one that solves no scene.
+    pub solver: Option<SolverChoice>,
     /// The prediction with the effects as they are.
     pub cost: Prediction,
     /// Every effect.
@@ -94,7 +95,36 @@ pub fn effects(case: &Case, surfaces: &Surfaces) -> Result<JobEffects, AnswerErr
             with: if is_optional { Some(with(simulate)?.into()) } else { None },
         });
     }
-    Ok(JobEffects { solver: SolverChoice { method, reason }, cost: decided.into(), lines })
+    let solver = Some(SolverChoice { method, reason });
+    Ok(JobEffects { solver, cost: decided.into(), lines })
+}
+
+/// Lists the effects of a job; `None` for one that simulates every effect whatever its scene. The
+/// result is an error if the scene has no meaning, or if its surfaces are missing.
+pub fn effects_of_job(job: &Job, surfaces: &Surfaces) -> Option<Result<JobEffects, AnswerError>> {
+    match job {
+        Job::Uniqueness { question, search } => Some(bracket_effects(question, *search)),
+        Job::Solve(case) | Job::Cost { case, .. } => Some(effects(case, surfaces)),
+        Job::Multiplicity { .. } => None,
+    }
+}
+
+/// Lists the effects that a bracket may leave out: the tractions across the plane of a strip.
+fn bracket_effects(question: &Question, search: WitnessSearch) -> Result<JobEffects, AnswerError> {
+    let reason = if question.plane {
+        "`search.plane` asks for tractions in the plane of x and z alone"
+    } else {
+        "the search is of tractions in every direction"
+    };
+    let across = EffectLine {
+        effect: Effect::TractionY,
+        simulated: !question.plane,
+        reason: reason.to_owned(),
+        reasons: 1,
+        with: None,
+    };
+    let cost = forecast_bracket(question, &search)?.into();
+    Ok(JobEffects { solver: None, cost, lines: vec![across] })
 }
 
 /// Returns the sets of effects whose simulation is worth measuring: none that could be left out,
@@ -133,13 +163,5 @@ pub fn missing_surface(job: &Job, surfaces: &Surfaces) -> Option<String> {
             Some(format!("the profile {name}"))
         }
         _ => None,
-    }
-}
-
-/// Returns the scene of a job that can leave effects out; the others simulate every effect.
-pub fn reducible_case(job: &Job) -> Option<&Case> {
-    match job {
-        Job::Solve(case) | Job::Cost { case, .. } => Some(case),
-        Job::Multiplicity { .. } | Job::Uniqueness { .. } => None,
     }
 }

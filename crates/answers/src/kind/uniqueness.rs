@@ -2,6 +2,7 @@
 
 use contact::model::{SceneError, Status};
 use contact::uniqueness::lower::{self, VerifyError};
+use contact::uniqueness::strip;
 use contact::uniqueness::witness::Shown;
 use contact::uniqueness::{self, Bracket, BracketError, Question, System, WitnessSearch};
 use study::record::Bracketed;
@@ -59,43 +60,73 @@ pub fn proof(record: &Record) -> Option<Proof> {
     Some(proof.unwrap_or_else(|error| Proof::Wrong(error.to_string())))
 }
 
+/// Returns the question of a record and the ends of the bracket that it claims; `None` for a record
+/// that claims none.
+pub fn bracket_ends(record: &Record) -> Option<(Question, [f64; 2])> {
+    let bracket = record.bracketed().filter(|_| record.is_certified())?.bracket.as_ref()?;
+    let Ok(Job::Uniqueness { question, .. }) = record.parse_job() else { return None };
+    Some((question, bracket.ends()?))
+}
+
 /// Verifies both ends of a bracket, from what it carries and the question alone.
 fn verify(question: &Question, bracket: &Bracket) -> Result<Proof, SceneError> {
     let system = System::new(question)?;
+    if question.plane != matches!(bracket, Bracket::Strip { .. })
+        && !matches!(bracket, Bracket::Unbounded)
+    {
+        let reason = "the tractions are not those that were asked for, in a plane or in space";
+        return Ok(Proof::Wrong(reason.to_owned()));
+    }
     let (lower, upper) = match bracket {
         Bracket::Unbounded if system.is_coupled() => {
             let reason = "pressures move the surface sideways, so that μ* is finite";
             return Ok(Proof::Wrong(reason.to_owned()));
         }
         Bracket::Unbounded => return Ok(Proof::Holds(None)),
-        Bracket::Bounded { lower, upper } => (lower, upper),
+        Bracket::Bounded { lower, upper } => {
+            let shown = lower::verify(&system, lower, lower::FACTORED_ROWS).map_err(|error| {
+                let reason = not_shown(lower.mu, &error);
+                match error {
+                    VerifyError::TooLarge { .. } => Proof::TooLarge(reason),
+                    _ => Proof::Wrong(reason),
+                }
+            });
+            (LowerEnd { mu: lower.mu, shown }, upper)
+        }
+        Bracket::Strip { lower, upper } => {
+            let shown = strip::verify(&system, lower, upper.mu)
+                .map_err(|error| Proof::Wrong(not_shown(lower.mu, &error)));
+            (LowerEnd { mu: lower.mu, shown }, upper)
+        }
     };
-    let lower_proof = lower::verify(&system, lower, lower::FACTORED_ROWS);
-    Ok(match (lower_proof, upper.verify(&system)) {
-        (_, Err(error)) => {
+    Ok(match (upper.verify(&system), lower.shown) {
+        (Err(error), _) => {
             Proof::Wrong(format!("the upper end {} is not shown: {error}", upper.mu))
         }
-        (Err(error), _) => {
-            let reason = format!("the lower end {} is not shown: {error}", lower.mu);
-            match error {
-                VerifyError::TooLarge { .. } => Proof::TooLarge(reason),
-                _ => Proof::Wrong(reason),
-            }
-        }
-        (Ok(()), Ok(_)) if lower.mu >= upper.mu => Proof::Wrong(format!(
+        (_, Err(proof)) => proof,
+        (Ok(_), Ok(())) if lower.mu >= upper.mu => Proof::Wrong(format!(
             "the lower end {} is not below the upper end {}",
             lower.mu, upper.mu
         )),
-        (Ok(()), Ok(shown)) => Proof::Holds(Some(shown)),
+        (Ok(shown), Ok(())) => Proof::Holds(Some(shown)),
     })
+}
+
+/// The lower end of a bracket, with what came of its proof.
+struct LowerEnd {
+    mu: f64,
+    shown: Result<(), Proof>,
+}
+
+/// Says that a lower end is not shown.
+fn not_shown(mu: f64, error: &impl std::fmt::Display) -> String {
+    format!("the lower end {mu} is not shown: {error}")
 }
 
 /// Returns a bracket that fails for the size of its witness.
 pub(super) fn too_large(found: &Bracketed, size: RecordSize) -> Bracketed {
-    let elements = match &found.bracket {
-        Some(Bracket::Bounded { upper, .. }) => upper.x.len() / 3,
-        Some(Bracket::Unbounded) | None => 0,
-    };
+    let witness = found.bracket.as_ref().and_then(Bracket::witness);
+    let elements = witness.map_or(0, |witness| witness.x.len() / 3);
     let content = format!("a bracket of μ* with its witness on {elements} elements");
     Bracketed { status: size.failure(&content, elements), bracket: None, shown: None }
 }

@@ -221,3 +221,55 @@ fn a_uniqueness_set_without_coupling_has_no_end_and_that_is_proved() {
     let forged = Record { job: record.job.replace("0.5", "0.3"), ..record.clone() };
     assert!(matches!(proof(&forged), Some(Proof::Wrong(_))), "the claim is of another job");
 }
+
+#[test]
+fn a_strip_is_proved_anew_and_a_forged_one_is_not() {
+    use contact::uniqueness::Bracket;
+    use contact::uniqueness::strip::ElementCase;
+    let study = parse(
+        "name = \"test\"\nkind = \"uniqueness\"
+         [scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0.3 }
+         punch = { shape = \"flat-rectangle\", width_x = \"3 mm\", width_y = \"1 mm\" }
+         [numerics]\nmesh = [3, 1]\n[search]\nplane = true\n",
+    );
+    let mut shelf = Shelf::default();
+    let choice = shelf.run(&study);
+    let results = Results::read(study, &shelf).unwrap();
+    let record = results.record(&choice.points[0]).unwrap();
+    assert!(matches!(proof(record), Some(Proof::Holds(Some(_)))));
+    let forge = |change: &dyn Fn(&mut Bracket)| {
+        let mut forged = record.clone();
+        let study::Ending::Bracketed(found) = &mut forged.ending else { panic!("no bracket") };
+        change(found.bracket.as_mut().unwrap());
+        proof(&forged)
+    };
+    let changes: [&dyn Fn(&mut Bracket); 6] = [
+        &|bracket| {
+            let Bracket::Strip { lower, .. } = bracket else { panic!("no strip") };
+            lower.mu *= 1.0 + 1e-6;
+        },
+        &|bracket| {
+            let Bracket::Strip { lower, .. } = bracket else { panic!("no strip") };
+            lower.critical = vec![ElementCase::Stick; 3];
+        },
+        &|bracket| {
+            let Bracket::Strip { lower, .. } = bracket else { panic!("no strip") };
+            lower.critical.pop();
+        },
+        &|bracket| {
+            let Bracket::Strip { upper, .. } = bracket else { panic!("no strip") };
+            upper.mu *= 1.0 - 1e-6;
+        },
+        &|bracket| {
+            let Bracket::Strip { upper, .. } = bracket else { panic!("no strip") };
+            upper.x.swap(0, 1);
+        },
+        &|bracket| *bracket = Bracket::Unbounded,
+    ];
+    for (number, change) in changes.into_iter().enumerate() {
+        assert!(matches!(forge(change), Some(Proof::Wrong(_))), "{number}");
+    }
+    // In space the same record would claim what its bracket does not show.
+    let space = Record { job: record.job.replace(",\"plane\":true", ""), ..record.clone() };
+    assert!(matches!(proof(&space), Some(Proof::Wrong(_))));
+}

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lower::{self, LowerBound};
 use super::question::{Question, WitnessSearch};
+use super::strip::{self, StripBound, StripError};
 use super::system::System;
 use super::upper;
 use super::witness::Witness;
@@ -21,6 +22,32 @@ pub enum Bracket {
         /// The upper bound: US(A) does not hold its μ.
         upper: Witness,
     },
+    /// μ* of a strip is between two numbers that are next to each other.
+    Strip {
+        /// The lower bound.
+        lower: StripBound,
+        /// The upper bound, a field in the plane of x and z.
+        upper: Witness,
+    },
+}
+
+impl Bracket {
+    /// Returns the lower and the upper end; `None` if there are none.
+    pub fn ends(&self) -> Option<[f64; 2]> {
+        match self {
+            Bracket::Unbounded => None,
+            Bracket::Bounded { lower, upper } => Some([lower.mu, upper.mu]),
+            Bracket::Strip { lower, upper } => Some([lower.mu, upper.mu]),
+        }
+    }
+
+    /// Returns the witness of the upper end; `None` if there is none.
+    pub fn witness(&self) -> Option<&Witness> {
+        match self {
+            Bracket::Unbounded => None,
+            Bracket::Bounded { upper, .. } | Bracket::Strip { upper, .. } => Some(upper),
+        }
+    }
 }
 
 /// The reason why there is no bracket.
@@ -35,6 +62,9 @@ pub enum BracketError {
     /// There is no witness.
     #[error("no upper bound: {0}")]
     Upper(#[from] upper::UpperError),
+    /// There is no bracket of a strip.
+    #[error("no bracket of the strip: {0}")]
+    Strip(#[from] StripError),
 }
 
 /// The most elements for which every orbit gets weights of its own. Beyond, the weights are carried
@@ -49,7 +79,16 @@ const DENSE_ELEMENTS: usize = 256;
 /// # Errors
 /// A [`BracketError`] says that the question has no meaning, or that a side was not found.
 pub fn bracket(question: &Question, search: &WitnessSearch) -> Result<Bracket, BracketError> {
+    question.validate()?;
     let system = System::new(question)?;
+    if question.plane {
+        return Ok(if system.is_coupled() {
+            let (lower, upper) = strip::bracket(&system)?;
+            Bracket::Strip { lower, upper }
+        } else {
+            Bracket::Unbounded
+        });
+    }
     match (lower_side(question, &system)?, upper::upper(question, search)?) {
         (lower::Lower::Bound(lower), upper::Upper::Bound(upper)) => {
             Ok(Bracket::Bounded { lower, upper })

@@ -9,6 +9,9 @@ use crate::model::{
     SceneError, Shape, Step,
 };
 
+/// The largest number of elements of a strip. Its 5ⁿ cases take tens of seconds.
+pub const MOST_STRIP_ELEMENTS: usize = 12;
+
 /// The data that μ* depends on, in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -28,6 +31,10 @@ pub struct Question {
     /// The regularisation ε ≥ 0 \[1\]: the operator gets ε·c·ℓ·I.
     #[serde(default)]
     pub epsilon: f64,
+    /// True if μ* is that of a strip: tractions are in the plane of x and z
+    /// ([`strip`](super::strip)). Ω is one row of elements then.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub plane: bool,
 }
 
 impl Question {
@@ -38,7 +45,32 @@ impl Question {
     pub fn validate(&self) -> Result<(), SceneError> {
         let (scene, numerics) = self.flat_punch();
         scene.validate()?;
-        numerics.validate()
+        numerics.validate()?;
+        if self.plane { self.validate_strip() } else { Ok(()) }
+    }
+
+    /// Refuses a strip that is not one row of a few elements.
+    fn validate_strip(&self) -> Result<(), SceneError> {
+        let [nx, ny] = self.mesh.sides();
+        let error = |key: &str, value: String, expected: String| {
+            Err(SceneError { key: key.to_owned(), value, expected })
+        };
+        if !is_strip([nx as usize, ny as usize]) {
+            let expected = format!(
+                "must be [n, 1], one row of 1 to {} elements along x, where the search is of \
+                 tractions in a plane",
+                MOST_STRIP_ELEMENTS
+            );
+            return error("numerics.mesh", format!("[{nx}, {ny}]"), expected);
+        }
+        match self.sole {
+            Sole::Rectangle { .. } => Ok(()),
+            Sole::Disk { .. } => error(
+                "search.plane",
+                "true".to_owned(),
+                "must be false for a disk, which is no strip of equal elements".to_owned(),
+            ),
+        }
     }
 
     /// Returns the contact problem of a flat punch with this sole, whose operator is the one in
@@ -122,4 +154,9 @@ impl Default for WitnessSearch {
     fn default() -> Self {
         Self { starts: 24, kept: 2, seed: 1 }
     }
+}
+
+/// Says if the elements are one row of at most [`MOST_STRIP_ELEMENTS`] along x.
+pub(super) fn is_strip([nx, ny]: [usize; 2]) -> bool {
+    ny == 1 && nx <= MOST_STRIP_ELEMENTS
 }

@@ -147,9 +147,9 @@ fn stripes(system: &System, [along_x, along_y, phase]: [f64; 3]) -> Pattern {
 }
 
 /// A field and the μ that it needs.
-struct Found {
-    mu: f64,
-    x: Vec<f64>,
+pub(super) struct Found {
+    pub(super) mu: f64,
+    pub(super) x: Vec<f64>,
 }
 
 /// The margin by which a witness meets its conditions, in units of those of a typical element. It
@@ -176,7 +176,7 @@ fn improve(system: &System, mut x: Vec<f64>, pattern: Option<&Pattern>) -> Optio
 const MORE: [f64; 4] = [1.0, 1.003, 1.01, 1.03];
 
 /// Returns a field with the μ that it needs, if it is a witness for any μ.
-fn needed(system: &System, x: Vec<f64>) -> Option<Found> {
+pub(super) fn needed(system: &System, x: Vec<f64>) -> Option<Found> {
     let mut y = vec![0.0; x.len()];
     system.apply(&mut y, &x, &mut system.scratch());
     let mu = least_mu(&x, &y).ok()?;
@@ -284,7 +284,7 @@ pub fn upper(question: &Question, search: &WitnessSearch) -> Result<Upper, Upper
 
 /// The stiffness E of a witness's operator, over the largest diagonal entry of A. It is large
 /// enough for √(a² + b²) to come near μ.
-const STIFFNESS: f64 = 100.0;
+pub(super) const STIFFNESS: f64 = 100.0;
 
 #[cfg(test)]
 mod tests {
@@ -304,6 +304,7 @@ mod tests {
                 mesh,
                 projection: Default::default(),
                 epsilon: 0.0,
+                plane: false,
             };
             let system = System::new(&question).unwrap();
             waves(&system).len()

@@ -57,6 +57,8 @@ mod peers;
 mod rolling;
 /// Lower ends of the bracket of μ* meet a prototype, and their proofs stand.
 mod uniqueness_lower;
+/// μ* of strips is exact, and wrong brackets of it are refused.
+mod uniqueness_strip;
 /// Upper ends of the bracket of μ* are as low as known, and wrong witnesses are refused.
 mod uniqueness_upper;
 /// A path that is watched shows its increments, their discrete problems, and ends on request.

@@ -17,6 +17,7 @@ fn question(mesh: [u32; 2], poisson: f64) -> Question {
         mesh: Mesh::Exact(mesh),
         projection: Projection::Average,
         epsilon: 0.0,
+        plane: false,
     }
 }
 

@@ -15,6 +15,7 @@ fn square(n: u32, poisson: f64) -> Question {
         mesh: Mesh::Exact([n, n]),
         projection: Projection::Average,
         epsilon: 0.0,
+        plane: false,
     }
 }
 

@@ -386,4 +386,8 @@ keys! {
     Seed, "search.seed", "seed", Count,
         ANY, ByKind(&[("multiplicity", 0), ("uniqueness", 1)]), "7",
         "seed of the random starts";
+    Plane, "search.plane", "plane", Flag,
+        ANY, Fallback::Flag(false), "true",
+        "whether tractions lie in the plane of x and z, on one row of elements whose μ* is then \
+         exact";
 }

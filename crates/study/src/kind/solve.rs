@@ -44,7 +44,11 @@ pub(crate) const SPEC: KindSpec = KindSpec {
 
 /// Tells why a job that solves a scene has no use for a key; `None` if it has.
 pub(crate) fn refuses(key: Key) -> Option<&'static str> {
-    matches!(key, Key::Starts | Key::Seed).then_some("a scene is solved from one start")
+    match key {
+        Key::Starts | Key::Seed => Some("a scene is solved from one start"),
+        Key::Plane => Some("a plane is of searches for the end of a uniqueness set"),
+        _ => None,
+    }
 }
 
 /// Makes a figure of each quantity that the scenes leave free over each axis; of a sample, first

@@ -1,8 +1,7 @@
 //! Studies that bracket the end μ* of the uniqueness set of every point.
 
 use contact::model::{Base, Material, SceneError, Shape};
-use contact::uniqueness::lower::LowerBound;
-use contact::uniqueness::witness::Witness;
+use contact::uniqueness::strip::letters;
 use contact::uniqueness::{Bracket, Question, Sole, WitnessSearch};
 use contact::{Forecast, forecast_bracket};
 use identity::STORED_LIMIT;
@@ -89,7 +88,24 @@ fn question(assembler: &mut Assembler<'_>) -> Question {
         mesh: assembler.mesh(),
         projection: assembler.projection(),
         epsilon: assembler.number_or_default(Key::Epsilon),
+        plane: is_plane(assembler),
     }
+}
+
+/// Returns whether the search is of tractions in a plane, which leaves nothing to chance.
+fn is_plane(assembler: &mut Assembler<'_>) -> bool {
+    let is_plane = assembler.sheet().flag(Key::Plane).unwrap_or(false);
+    for key in [Key::Starts, Key::Seed] {
+        if let (true, Some(given)) = (is_plane, assembler.sheet().get(key)) {
+            let message = format!(
+                "a search in a plane has no `{}`: it goes through every case of signs",
+                key.name()
+            );
+            let expected = "leave it out, or leave out `plane`";
+            assembler.note(Mistake::new(given.span.clone(), message, expected));
+        }
+    }
+    is_plane
 }
 
 /// Returns the extent of the search for a witness.
@@ -172,17 +188,24 @@ macro_rules! bracketed {
 pub(crate) const BRACKET: &[Column] = result_columns! {
     Observable "mu_low" ("lower end of μ*") Pure
         "below this, every load has one solution at most: lower end of the bracket of μ*"
-        bracketed!(|found| side(found, |low, _| low.mu));
+        bracketed!(|found| ends(found, |[low, _]| low));
     Observable "mu_high" ("upper end of μ*") Pure
         "from this on, the condition for uniqueness fails: upper end of the bracket of μ*"
-        bracketed!(|found| side(found, |_, high| high.mu));
+        bracketed!(|found| ends(found, |[_, high]| high));
     Observable "bracket_width" Pure "length of the bracket over its upper end"
-        bracketed!(|found| side(found, |low, high| (high.mu - low.mu) / high.mu));
+        bracketed!(|found| ends(found, |[low, high]| (high - low) / high));
     Observable "unbounded" Text "yes, if there is one solution at most whatever the friction"
         bracketed!(|found| match &found.bracket {
         Some(Bracket::Unbounded) => Value::Text("yes".to_owned()),
-        Some(Bracket::Bounded { .. }) => Value::Text("no".to_owned()),
+        Some(Bracket::Bounded { .. } | Bracket::Strip { .. }) => Value::Text("no".to_owned()),
         None => Value::Missing,
+    });
+    Observable "critical_case" Text
+        "case of each element of a strip at which uniqueness ends: o open, h open and held \
+         sideways, s stick, f and b slip forward and backward"
+        bracketed!(|found| match &found.bracket {
+        Some(Bracket::Strip { lower, .. }) => Value::Text(letters(&lower.critical)),
+        _ => Value::Missing,
     });
     Certificate "witness_residual" Pure "|B(I - EA)x - x| / |x| of the witness above"
         bracketed!(|found| {
@@ -198,10 +221,8 @@ pub(crate) const BRACKET: &[Column] = result_columns! {
         });
 };
 
-/// Returns a figure of both sides of a bracket.
-fn side(found: &Bracketed, read: fn(&LowerBound, &Witness) -> f64) -> Value {
-    match &found.bracket {
-        Some(Bracket::Bounded { lower, upper }) => Value::Number(read(lower, upper)),
-        _ => Value::Missing,
-    }
+/// Returns a figure of both ends of a bracket.
+fn ends(found: &Bracketed, read: fn([f64; 2]) -> f64) -> Value {
+    let ends = found.bracket.as_ref().and_then(Bracket::ends);
+    ends.map_or(Value::Missing, |ends| Value::Number(read(ends)))
 }

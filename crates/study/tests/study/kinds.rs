@@ -58,6 +58,58 @@ fn a_uniqueness_study_asks_about_bodies_and_sole_alone() {
     assert_eq!(swept.len(), 4);
 }
 
+const STRIP: &str = r#"
+name = "x"
+kind = "uniqueness"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "flat-rectangle", width_x = "3 mm", width_y = "1 m" }
+[numerics]
+mesh = [3, 1]
+[search]
+plane = true
+"#;
+
+#[test]
+fn a_strip_is_a_row_of_a_few_elements_in_which_nothing_is_left_to_chance() {
+    let study = read(STRIP);
+    let job = study.point(0).unwrap().job;
+    let Job::Uniqueness { question, .. } = &job else { panic!("another kind of job") };
+    assert!(question.plane);
+    let canonical = job.canonical();
+    assert!(canonical.contains(r#""plane":true"#), "{canonical}");
+    let space = read(&STRIP.replace("true", "false")).point(0).unwrap().job;
+    assert!(!space.canonical().contains("plane"), "the text of other jobs is what it was");
+    for job in [job, space] {
+        let back = read(&format!("name = \"y\"\n{}", job.to_toml()));
+        assert_eq!(back.point(0).unwrap().job.canonical(), job.canonical());
+    }
+    let columns = study.columns();
+    assert!(columns::find(&columns, "critical_case").is_some());
+    assert!(columns::find(&columns, "plane").is_some());
+    let refused = |text: &str| {
+        let study = Study::parse(text, "x.toml", &mut |_| Err(String::new()));
+        study.err().map(|error| error.to_string()).unwrap()
+    };
+    for (other, place, said) in [
+        (STRIP.replace("[3, 1]", "[3, 2]"), "--> x.toml:8:8", "must be [n, 1], one row"),
+        (STRIP.replace("[3, 1]", "[13, 1]"), "--> x.toml:8:8", "1 to 12 elements along x"),
+        (format!("{STRIP}starts = 3\n"), "--> x.toml:11:10", "no `starts`"),
+        (format!("{STRIP}seed = 3\n"), "--> x.toml:11:8", "no `seed`"),
+        (
+            STRIP.replace(
+                "\"flat-rectangle\", width_x = \"3 mm\", width_y = \"1 m\"",
+                "\"flat-disk\", radius = 1",
+            ),
+            "--> x.toml:10:9",
+            "must be false for a disk",
+        ),
+    ] {
+        let error = refused(&other);
+        assert!(error.contains(place) && error.contains(said), "{error}");
+    }
+}
+
 #[test]
 fn a_uniqueness_set_too_fine_for_a_record_is_refused() {
     let refused = |mesh: &str, poisson: f64| {

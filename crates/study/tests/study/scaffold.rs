@@ -96,6 +96,11 @@ impl Scaffold {
             }
             ("interior", "maximum") => scaffold.put("interior.depth", "1e-3"),
             ("interior", _) => scaffold.put("interior.maximum", "true"),
+            ("search", "plane") => {
+                scaffold = Scaffold::of_kind("uniqueness");
+                scaffold.take_shape("flat-rectangle");
+                scaffold.put("numerics.mesh", "[3, 1]");
+            }
             ("search", _) => scaffold.kind = "multiplicity",
             _ => {}
         }
