@@ -314,7 +314,11 @@ pub fn forecast_bracket(
     let kept = if k > 100.0 { 0.02 * k * f64::from(search.kept.max(1)) } else { 0.0 };
     // These figures are older than the method. Over the sweeps jobs took 0.06 to 0.31 of them
     // (measured from 2² to 16²).
-    let seconds = 0.15 * (0.02 + random * newton + stripes + kept);
+    let searched = 0.15 * (0.02 + random * newton + stripes + kept);
+    // Cases grow in number with the elements, and each takes longer (3 × 3 and 4 × 4 elements took
+    // 2 s and 50 s on a machine shared with other work).
+    let cases = if search.cases { 0.03 * 1.58_f64.powf(k.min(16.0)) } else { 0.0 };
+    let seconds = searched + cases;
     // The matrices are the four blocks of the two mirror planes, with a form and its factor for
     // each of two threads. There are none if the blocks are too large to factor.
     let block = 0.75 * k;
