@@ -34,7 +34,7 @@ pub(crate) struct RunJobs<'s> {
 /// The points of a run.
 enum RunPoints<'s> {
     /// The points of the axes.
-    Enumerated(PointKeys<'s>),
+    Enumerated(Box<PointKeys<'s>>),
     /// The points that the study has chosen.
     Chosen(Vec<StudyPoint>),
 }
@@ -91,7 +91,7 @@ impl<'s> RunJobs<'s> {
             let found: Vec<_> = block.par_iter().map(|index| keys.key(*index)).collect();
             found.into_iter().for_each(|key| list.add(key));
         }
-        let points = RunPoints::Enumerated(keys);
+        let points = RunPoints::Enumerated(Box::new(keys));
         Ok(Self { study, points, jobs: list.jobs, forecasts: Vec::new() })
     }
 

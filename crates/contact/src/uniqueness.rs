@@ -10,6 +10,7 @@
 //! - `barrier`: the weights that make the lower bound largest;
 //! - `ratio`: the largest μ of given weights, by iteration;
 //! - [`lower`]: the lower bound of μ*, and the check of its proof;
+//! - [`cases`]: the lower bound by cases of open and closed elements;
 //! - [`witness`]: a field that shows an upper bound, and the check of it;
 //! - `lbfgs`: minimisation of smooth functions of many variables;
 //! - `descent`: local minimisation of F, for a witness;
@@ -86,6 +87,7 @@
 mod ball;
 mod barrier;
 mod bracket;
+pub mod cases;
 mod descent;
 mod lbfgs;
 pub mod lower;

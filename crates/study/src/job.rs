@@ -119,7 +119,8 @@ impl Job {
             }
             Job::Uniqueness { question, search } => {
                 question.validate()?;
-                search.validate()
+                search.validate()?;
+                search.suits(question)
             }
         }
     }

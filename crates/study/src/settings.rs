@@ -33,6 +33,8 @@ struct JobParts<'a> {
     simulate: &'a [Effect],
     starts: Option<u32>,
     seed: Option<u64>,
+    /// True if a lower end is shown by cases.
+    cases: bool,
     /// True if the search is of tractions in a plane.
     plane: bool,
 }
@@ -71,6 +73,7 @@ impl<'a> JobParts<'a> {
                 // Nothing is left to chance in a plane.
                 starts: (!question.plane).then_some(search.starts),
                 seed: (!question.plane).then_some(search.seed),
+                cases: search.cases,
                 plane: question.plane,
             },
         }
@@ -95,6 +98,7 @@ impl<'a> JobParts<'a> {
             simulate: &numerics.simulate,
             starts: None,
             seed: None,
+            cases: false,
             plane: false,
         }
     }
@@ -206,6 +210,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::Simulate
         | Key::Starts
         | Key::Seed
+        | Key::Cases
         | Key::Plane => of_numerics(&parts, key),
     }
 }
@@ -393,6 +398,7 @@ fn of_numerics(parts: &JobParts<'_>, key: Key) -> Option<Setting> {
         }
         Key::Starts => Some(Setting::Count(parts.starts?)),
         Key::Seed => Some(Setting::Count(u32::try_from(parts.seed?).unwrap_or(u32::MAX))),
+        Key::Cases => parts.cases.then_some(Setting::Flag(true)),
         Key::Plane => parts.plane.then_some(Setting::Flag(true)),
         _ => None,
     }

@@ -22,6 +22,21 @@ starts = 1
 foundation.base.poisson = [0, 0.1, 0.2, 0.3, 0.4, 0.5]
 "#;
 
+const CASES: &str = r#"
+name = "kinds"
+kind = "uniqueness"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0 }
+punch = { shape = "flat-rectangle", width_x = "3 mm", width_y = "2 mm" }
+[numerics]
+mesh = [3, 2]
+[search]
+starts = 1
+cases = true
+[sweep]
+foundation.base.poisson = [0, 0.1, 0.2, 0.3, 0.4, 0.5]
+"#;
+
 const STRIPS: &str = r#"
 name = "kinds"
 kind = "uniqueness"
@@ -245,6 +260,11 @@ fn survives(study: &str, jobs: usize) {
 #[test]
 fn brackets_of_uniqueness_sets_survive() {
     survives(UNIQUENESS, 6);
+}
+
+#[test]
+fn ends_shown_by_cases_survive() {
+    survives(CASES, 6);
 }
 
 #[test]

@@ -2,9 +2,9 @@
 
 use contact::model::{SceneError, Status};
 use contact::uniqueness::lower::{self, VerifyError};
-use contact::uniqueness::strip;
 use contact::uniqueness::witness::Shown;
 use contact::uniqueness::{self, Bracket, BracketError, Question, System, WitnessSearch};
+use contact::uniqueness::{cases, strip};
 use study::record::Bracketed;
 use study::{Ending, Job, Record};
 
@@ -91,6 +91,11 @@ fn verify(question: &Question, bracket: &Bracket) -> Result<Proof, SceneError> {
                     _ => Proof::Wrong(reason),
                 }
             });
+            (LowerEnd { mu: lower.mu, shown }, upper)
+        }
+        Bracket::Cases { lower, upper } => {
+            let shown = cases::verify(&system, lower)
+                .map_err(|error| Proof::Wrong(not_shown(lower.mu, &error)));
             (LowerEnd { mu: lower.mu, shown }, upper)
         }
         Bracket::Strip { lower, upper } => {

@@ -274,3 +274,30 @@ fn a_strip_is_proved_anew_and_a_forged_one_is_not() {
     let space = Record { job: record.job.replace(",\"plane\":true", ""), ..record.clone() };
     assert!(matches!(proof(&space), Some(Proof::Wrong(_))));
 }
+
+#[test]
+fn cases_are_proved_anew_and_forged_ones_are_not() {
+    use contact::uniqueness::Bracket;
+    let study = parse(
+        "name = \"test\"\nkind = \"uniqueness\"
+         [scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0 }
+         punch = { shape = \"flat-rectangle\", width_x = \"3 mm\", width_y = \"2 mm\" }
+         [numerics]\nmesh = [3, 2]\n[search]\nstarts = 1\ncases = true\n",
+    );
+    let mut shelf = Shelf::default();
+    let choice = shelf.run(&study);
+    let results = Results::read(study, &shelf).unwrap();
+    let record = results.record(&choice.points[0]).unwrap();
+    assert!(matches!(proof(record), Some(Proof::Holds(Some(_)))));
+    for change in 0..3 {
+        let mut forged = record.clone();
+        let study::Ending::Bracketed(found) = &mut forged.ending else { panic!("no bracket") };
+        let Some(Bracket::Cases { lower, upper }) = &mut found.bracket else { panic!("no cases") };
+        match change {
+            0 => lower.mu *= 1.05,
+            1 => drop(lower.cases.pop()),
+            _ => upper.mu = 0.5 * (lower.mu + upper.mu),
+        }
+        assert!(matches!(proof(&forged), Some(Proof::Wrong(_))), "{change}");
+    }
+}

@@ -44,8 +44,36 @@ impl Weights {
     }
 }
 
-/// Computes the form F of a block.
-pub(super) fn form(block: &Block, weights: &Weights) -> Mat<f64> {
+/// The squares that a case adds to the form of an orbit, with these weights.
+#[derive(Clone, Debug)]
+pub(super) struct NormalPenalty {
+    /// The weight κ_u of y₁² for each orbit.
+    pub(super) displacement: Vec<f64>,
+    /// The weight κ_s of x₁² for each orbit.
+    pub(super) pressure: Vec<f64>,
+}
+
+impl NormalPenalty {
+    /// Adds the squares of a block to its form.
+    fn add_to(&self, form: &mut Mat<f64>, block: &Block) {
+        let normals = block.normal.iter().filter(|&&normal| normal).count();
+        for n in 0..normals {
+            let orbit = block.orbit[n];
+            form[(n, n)] += self.pressure[orbit];
+            let weight = self.displacement[orbit];
+            if weight > 0.0 {
+                for j in 0..block.len() {
+                    for i in 0..block.len() {
+                        form[(i, j)] += weight * block.matrix[(i, n)] * block.matrix[(j, n)];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Computes the form F of a block, with the squares of a case if there is one.
+pub(super) fn form(block: &Block, weights: &Weights, penalty: Option<&NormalPenalty>) -> Mat<f64> {
     let size = block.len();
     let normals = block.normal.iter().filter(|&&normal| normal).count();
     // The basis vectors of pressures come first.
@@ -68,6 +96,9 @@ pub(super) fn form(block: &Block, weights: &Weights) -> Mat<f64> {
         form[(i, i)] -= 0.5 * weights.p[block.orbit[i]];
     }
     multiply(form.as_mut(), Accum::Add, roots.transpose(), roots.as_ref(), -0.5);
+    if let Some(penalty) = penalty {
+        penalty.add_to(&mut form, block);
+    }
     form
 }
 
@@ -132,6 +163,8 @@ pub(super) struct Program<'a> {
     pub(super) blocks: &'a [Block],
     /// The number of elements in each orbit.
     pub(super) sizes: &'a [usize],
+    /// The squares of a case.
+    pub(super) penalty: Option<&'a NormalPenalty>,
 }
 
 /// A point of Newton's method: the weights, of which p and q contain t p₀ and t q₀, and t.
@@ -168,6 +201,17 @@ impl Program<'_> {
     /// Returns weights whose μ no others exceed by much more than the relative `tolerance`. The
     /// `start` must be feasible, or else the result is `None`.
     pub(super) fn maximise(&self, start: Weights, tolerance: f64) -> Option<Weights> {
+        self.maximise_until(start, tolerance, f64::INFINITY)
+    }
+
+    /// Returns weights like [`maximise`](Self::maximise), or the first ones with which μ is
+    /// `enough`.
+    pub(super) fn maximise_until(
+        &self,
+        start: Weights,
+        tolerance: f64,
+        enough: f64,
+    ) -> Option<Weights> {
         let orbits = self.sizes.len();
         let degree = (self.blocks.iter().map(Block::len).sum::<usize>() + 6 * orbits + 1) as f64;
         let least =
@@ -187,7 +231,7 @@ impl Program<'_> {
 
             point.t = 0.0;
             let next = least(&point.weights);
-            if kappa * degree < tolerance || !next.is_finite() {
+            if kappa * degree < tolerance || next >= enough || !next.is_finite() {
                 return Some(point.weights);
             }
             // While κ is large, the barriers may push back below the start.
@@ -197,7 +241,7 @@ impl Program<'_> {
     }
 
     fn factors(&self, weights: &Weights) -> Option<Vec<Mat<f64>>> {
-        self.blocks.par_iter().map(|block| cholesky(form(block, weights))).collect()
+        self.blocks.par_iter().map(|block| cholesky(form(block, weights, self.penalty))).collect()
     }
 
     /// Computes −t/κ + barriers and the factors of the blocks, or `None` outside of the feasible

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::cases::{self, CaseBound};
 use super::lower::{self, LowerBound};
 use super::question::{Question, WitnessSearch};
 use super::strip::{self, StripBound, StripError};
@@ -29,6 +30,13 @@ pub enum Bracket {
         /// The upper bound, a field in the plane of x and z.
         upper: Witness,
     },
+    /// μ* is between two numbers, of which the lower one is shown by cases.
+    Cases {
+        /// The lower bound.
+        lower: CaseBound,
+        /// The upper bound.
+        upper: Witness,
+    },
 }
 
 impl Bracket {
@@ -38,6 +46,7 @@ impl Bracket {
             Bracket::Unbounded => None,
             Bracket::Bounded { lower, upper } => Some([lower.mu, upper.mu]),
             Bracket::Strip { lower, upper } => Some([lower.mu, upper.mu]),
+            Bracket::Cases { lower, upper } => Some([lower.mu, upper.mu]),
         }
     }
 
@@ -45,7 +54,9 @@ impl Bracket {
     pub fn witness(&self) -> Option<&Witness> {
         match self {
             Bracket::Unbounded => None,
-            Bracket::Bounded { upper, .. } | Bracket::Strip { upper, .. } => Some(upper),
+            Bracket::Bounded { upper, .. }
+            | Bracket::Strip { upper, .. }
+            | Bracket::Cases { upper, .. } => Some(upper),
         }
     }
 }
@@ -80,6 +91,7 @@ const DENSE_ELEMENTS: usize = 256;
 /// A [`BracketError`] says that the question has no meaning, or that a side was not found.
 pub fn bracket(question: &Question, search: &WitnessSearch) -> Result<Bracket, BracketError> {
     question.validate()?;
+    search.suits(question)?;
     let system = System::new(question)?;
     if question.plane {
         return Ok(if system.is_coupled() {
@@ -87,6 +99,16 @@ pub fn bracket(question: &Question, search: &WitnessSearch) -> Result<Bracket, B
             Bracket::Strip { lower, upper }
         } else {
             Bracket::Unbounded
+        });
+    }
+    if search.cases {
+        if !system.is_coupled() {
+            return Ok(Bracket::Unbounded);
+        }
+        let lower = cases::bound(&system)?;
+        return Ok(match upper::upper(question, search)? {
+            upper::Upper::Bound(upper) => Bracket::Cases { lower, upper },
+            upper::Upper::Unbounded => Bracket::Unbounded,
         });
     }
     match (lower_side(question, &system)?, upper::upper(question, search)?) {

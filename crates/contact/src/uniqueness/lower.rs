@@ -52,7 +52,7 @@ use primitives::cholesky;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::barrier::{Program, Weights, form};
+use super::barrier::{NormalPenalty, Program, Weights, form};
 use super::ratio::{Parts, Smallest, smallest};
 use super::symmetry::{Block, Symmetries, asymmetry};
 use super::system::System;
@@ -183,17 +183,7 @@ pub const FACTORED_ROWS: usize = 3600;
 pub fn verify(system: &System, bound: &LowerBound, most: usize) -> Result<(), VerifyError> {
     let symmetries = Symmetries::of(system, |_, _| true);
     let orbits = symmetries.orbits(system).iter().max().map_or(0, |last| last + 1);
-    for (name, weights) in [("alpha", &bound.alpha), ("beta", &bound.beta), ("tau", &bound.tau)] {
-        if weights.len() != orbits {
-            return Err(VerifyError::Length { name, found: weights.len(), orbits });
-        }
-        let wrong =
-            |value: f64| !value.is_finite() || value < 0.0 || (value == 0.0 && name != "alpha");
-        if let Some((orbit, &value)) = weights.iter().enumerate().find(|(_, value)| wrong(**value))
-        {
-            return Err(VerifyError::Weight { name, orbit, value });
-        }
-    }
+    check_weights(bound, orbits)?;
     if !(bound.mu.is_finite() && bound.mu > 0.0) {
         return Err(VerifyError::Mu { mu: bound.mu });
     }
@@ -207,6 +197,22 @@ pub fn verify(system: &System, bound: &LowerBound, most: usize) -> Result<(), Ve
     } else {
         Err(VerifyError::Indefinite { mu: bound.mu })
     }
+}
+
+/// Checks that there are weights for each orbit, and that they are in their range.
+pub(super) fn check_weights(bound: &LowerBound, orbits: usize) -> Result<(), VerifyError> {
+    for (name, weights) in [("alpha", &bound.alpha), ("beta", &bound.beta), ("tau", &bound.tau)] {
+        if weights.len() != orbits {
+            return Err(VerifyError::Length { name, found: weights.len(), orbits });
+        }
+        let wrong =
+            |value: f64| !value.is_finite() || value < 0.0 || (value == 0.0 && name != "alpha");
+        if let Some((orbit, &value)) = weights.iter().enumerate().find(|(_, value)| wrong(**value))
+        {
+            return Err(VerifyError::Weight { name, orbit, value });
+        }
+    }
+    Ok(())
 }
 
 /// Computes the best lower bound that weights of this freedom give, by dense algebra. It takes the
@@ -228,7 +234,9 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
     let indefinite = LowerError::Indefinite { elements: system.elements() };
     let start = uniform_start(&blocks, sizes.len(), system.largest_diagonal()).ok_or(indefinite)?;
     let weights = match freedom {
-        Freedom::PerOrbit => Program { blocks: &blocks, sizes: &sizes }.maximise(start, TOLERANCE),
+        Freedom::PerOrbit => {
+            Program { blocks: &blocks, sizes: &sizes, penalty: None }.maximise(start, TOLERANCE)
+        }
         Freedom::Global => {
             let orbits: Vec<Vec<usize>> = blocks
                 .iter_mut()
@@ -240,7 +248,7 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
             let one =
                 [start.alpha[0], start.beta[0], start.p[0], start.q[0]].map(|value| vec![value]);
             let [alpha, beta, p, q] = one;
-            let found = Program { blocks: &blocks, sizes: &[system.elements()] }
+            let found = Program { blocks: &blocks, sizes: &[system.elements()], penalty: None }
                 .maximise(Weights { alpha, beta, p, q }, TOLERANCE);
             blocks.iter_mut().zip(orbits).for_each(|(block, orbit)| block.orbit = orbit);
             found
@@ -476,7 +484,7 @@ fn uniform_start(blocks: &[Block], orbits: usize, diagonal: f64) -> Option<Weigh
         Weights::uniform(orbits, mu, 2_f64.powi(alpha), diagonal * 2_f64.powi(tau))
     };
     let proves = |place: [i32; 2], mu: f64| {
-        blocks.iter().all(|block| cholesky(form(block, &of(place, mu))).is_some())
+        blocks.iter().all(|block| cholesky(form(block, &of(place, mu), None)).is_some())
     };
     // With α = β, S is a multiple of A.
     let mut place = [0, 3];
@@ -508,7 +516,7 @@ const TOLERANCE: f64 = 1e-5;
 
 /// Returns the ∞-norm of A's deviation from symmetry under x ↔ y, or zero where that symmetry is
 /// not used.
-fn asymmetry_norm(system: &System, symmetries: Symmetries) -> f64 {
+pub(super) fn asymmetry_norm(system: &System, symmetries: Symmetries) -> f64 {
     if symmetries.swap { asymmetry(system) * system.largest_diagonal() } else { 0.0 }
 }
 
@@ -535,6 +543,16 @@ fn largest_mu(blocks: &[Block], asymmetry: f64, weights: &LowerBound) -> Option<
 
 /// Says if F(μ) minus the rounding margin factorises in every block.
 fn is_positive(blocks: &[Block], asymmetry: f64, bound: &LowerBound) -> bool {
+    is_positive_in_case(blocks, asymmetry, bound, None)
+}
+
+/// Says if F(μ) with the squares of a case, minus the rounding margin, factorises in every block.
+pub(super) fn is_positive_in_case(
+    blocks: &[Block],
+    asymmetry: f64,
+    bound: &LowerBound,
+    penalty: Option<&NormalPenalty>,
+) -> bool {
     let largest = bound.beta.iter().copied().fold(0.0, f64::max);
     let [alpha, beta] = [&bound.alpha, &bound.beta]
         .map(|weights| weights.iter().map(|weight| weight / largest).collect::<Vec<f64>>());
@@ -545,14 +563,19 @@ fn is_positive(blocks: &[Block], asymmetry: f64, bound: &LowerBound) -> bool {
         alpha,
         beta,
     };
+    let penalty = penalty.map(|NormalPenalty { displacement, pressure }| {
+        let [displacement, pressure] = [displacement, pressure]
+            .map(|weights| weights.iter().map(|weight| weight / largest).collect());
+        NormalPenalty { displacement, pressure }
+    });
     let pressures = root(weights.alpha.iter().copied().fold(0.0, f64::max));
     blocks.par_iter().all(|block| {
-        let mut form = form(block, &weights);
+        let mut form = form(block, &weights, penalty.as_ref());
         let scale: Vec<f64> =
             block.normal.iter().map(|&normal| if normal { pressures } else { 1.0 }).collect();
         (0..block.len())
             .for_each(|j| (0..block.len()).for_each(|i| form[(i, j)] *= scale[i] * scale[j]));
-        let margin = margin(block, &weights, &scale, asymmetry, &form);
+        let margin = margin(block, &weights, penalty.as_ref(), &scale, asymmetry, &form);
         (0..block.len()).for_each(|i| form[(i, i)] -= margin);
         cholesky(form).is_some()
     })
@@ -565,7 +588,14 @@ fn root(alpha: f64) -> f64 {
 }
 
 /// Computes the margin s of the module's text, for the scaled `form`.
-fn margin(block: &Block, weights: &Weights, scale: &[f64], asymmetry: f64, form: &Mat<f64>) -> f64 {
+fn margin(
+    block: &Block,
+    weights: &Weights,
+    penalty: Option<&NormalPenalty>,
+    scale: &[f64],
+    asymmetry: f64,
+    form: &Mat<f64>,
+) -> f64 {
     let size = block.len();
     let gamma = 4.0 * (size as f64 + 32.0) * 0.5 * f64::EPSILON;
     let matrix = &block.matrix;
@@ -582,14 +612,19 @@ fn margin(block: &Block, weights: &Weights, scale: &[f64], asymmetry: f64, form:
         if block.normal[i] { normal[block.orbit[i]] } else { tangential[block.orbit[i]] }
     };
     let none = vec![0.0; weights.p.len()];
+    // The squares of a case are no halves.
+    let of_case = |weights: &Vec<f64>| weights.iter().map(|weight| 2.0 * weight).collect();
+    let displacement: Vec<f64> = penalty.map_or(none.clone(), |p| of_case(&p.displacement));
+    let pressure: Vec<f64> = penalty.map_or(none.clone(), |p| of_case(&p.pressure));
+    let pressure: Vec<f64> = weights.p.iter().zip(&pressure).map(|(p, more)| p + more).collect();
     let linear: Vec<f64> = (0..size).map(|i| of(&weights.alpha, &weights.beta, i)).collect();
-    let square: Vec<f64> = (0..size).map(|i| of(&none, &weights.q, i)).collect();
+    let square: Vec<f64> = (0..size).map(|i| of(&displacement, &weights.q, i)).collect();
     let sums = times(scale);
     let weighted = times(&product(&linear, scale));
     let twice = times(&product(&square, &sums));
     let rows = (0..size).map(|i| {
         scale[i]
-            * (linear[i] * sums[i] + weighted[i] + of(&weights.p, &none, i) * scale[i] + twice[i])
+            * (linear[i] * sums[i] + weighted[i] + of(&pressure, &none, i) * scale[i] + twice[i])
     });
     let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
     let rows: Vec<f64> = rows.collect();

@@ -10,7 +10,10 @@ use crate::model::{
 };
 
 /// The largest number of elements of a strip. Its 5ⁿ cases take tens of seconds.
-pub const MOST_STRIP_ELEMENTS: usize = 12;
+pub(super) const MOST_STRIP_ELEMENTS: usize = 12;
+
+/// The largest number of elements whose cases are looked at.
+pub(super) const MOST_CASE_ELEMENTS: usize = 16;
 
 /// The data that μ* depends on, in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -135,6 +138,9 @@ pub struct WitnessSearch {
     pub kept: u32,
     /// The seed of all random numbers.
     pub seed: u64,
+    /// True if the lower end is shown by [`cases`](super::cases), on few elements.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub cases: bool,
 }
 
 impl WitnessSearch {
@@ -148,11 +154,30 @@ impl WitnessSearch {
     pub fn validate(&self) -> Result<(), SceneError> {
         random::validate_starts(self.starts)
     }
+
+    /// Refuses cases of more elements than are looked at, and of a strip, whose end is exact.
+    ///
+    /// # Errors
+    /// A [`SceneError`] names the key.
+    pub fn suits(&self, question: &Question) -> Result<(), SceneError> {
+        let [nx, ny] = question.mesh.sides();
+        let elements = u64::from(nx) * u64::from(ny);
+        let most = MOST_CASE_ELEMENTS;
+        let expected = if self.cases && question.plane {
+            "must be false in a plane, where the end is exact".to_owned()
+        } else if self.cases && elements > most as u64 {
+            format!("must be false for {nx} x {ny} elements: cases are of at most {most}")
+        } else {
+            return Ok(());
+        };
+        let (key, value) = ("search.cases".to_owned(), "true".to_owned());
+        Err(SceneError { key, value, expected })
+    }
 }
 
 impl Default for WitnessSearch {
     fn default() -> Self {
-        Self { starts: 24, kept: 2, seed: 1 }
+        Self { starts: 24, kept: 2, seed: 1, cases: false }
     }
 }
 

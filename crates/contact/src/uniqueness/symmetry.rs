@@ -68,6 +68,21 @@ impl Symmetries {
             })
     }
 
+    /// Returns the image of each element of Ω under each product of the reflections.
+    pub(super) fn images(self, system: &System) -> Vec<Vec<usize>> {
+        let grid = system.grid();
+        let number = numbers(system);
+        self.members()
+            .map(|symmetry| {
+                grid.active()
+                    .filter_map(|e| {
+                        number[symmetry.element(grid.position(e), grid.nx(), grid.ny())]
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+
     /// Returns for each element of Ω its orbit. Orbits are numbered in the order of their first
     /// elements.
     pub(super) fn orbits(self, system: &System) -> Vec<usize> {

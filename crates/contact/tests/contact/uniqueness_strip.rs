@@ -73,11 +73,11 @@ fn determinant(system: &System, cases: &[ElementCase], mu: f64) -> f64 {
             determinant = -determinant;
         }
         determinant *= matrix[column][column];
-        for row in column + 1..2 * n {
-            let factor = matrix[row][column] / matrix[column][column];
-            for j in column..2 * n {
-                matrix[row][j] -= factor * matrix[column][j];
-            }
+        let (above, below) = matrix.split_at_mut(column + 1);
+        let pivots = &above[column];
+        for row in below {
+            let factor = row[column] / pivots[column];
+            row.iter_mut().zip(pivots).skip(column).for_each(|(x, pivot)| *x -= factor * pivot);
         }
     }
     determinant

@@ -386,6 +386,10 @@ keys! {
     Seed, "search.seed", "seed", Count,
         ANY, ByKind(&[("multiplicity", 0), ("uniqueness", 1)]), "7",
         "seed of the random starts";
+    Cases, "search.cases", "cases", Flag,
+        ANY, Fallback::Flag(false), "true",
+        "whether the lower end of μ* is shown by cases of open and closed elements, of which there \
+         are up to 16: nearer to the upper end, and longer to find";
     Plane, "search.plane", "plane", Flag,
         ANY, Fallback::Flag(false), "true",
         "whether tractions lie in the plane of x and z, on one row of elements whose μ* is then \

@@ -111,6 +111,24 @@ fn a_strip_is_a_row_of_a_few_elements_in_which_nothing_is_left_to_chance() {
 }
 
 #[test]
+fn cases_are_of_few_elements_and_part_of_what_is_asked() {
+    let cases = UNIQUENESS.replace("seed = 3", "seed = 3\ncases = true");
+    let [with, without] = [&cases, UNIQUENESS].map(|text| read(text).point(0).unwrap().job);
+    assert_ne!(with.key(), without.key());
+    assert!(with.canonical().contains(r#""cases":true"#) && !without.canonical().contains("cases"));
+    let back = read(&format!("name = \"y\"\n{}", with.to_toml()));
+    assert_eq!(back.point(0).unwrap().job, with);
+    let strip = STRIP.replace("plane = true", "plane = true\ncases = true");
+    for (text, said) in [
+        (cases.replace("mesh = 4", "mesh = 5"), "cases are of at most 16"),
+        (strip, "must be false in a plane"),
+    ] {
+        let error = Study::parse(&text, "x.toml", &mut |_| Err(String::new())).unwrap_err();
+        assert!(error.to_string().contains(said), "{error}");
+    }
+}
+
+#[test]
 fn a_uniqueness_set_too_fine_for_a_record_is_refused() {
     let refused = |mesh: &str, poisson: f64| {
         let text = format!(

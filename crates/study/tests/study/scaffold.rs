@@ -101,6 +101,10 @@ impl Scaffold {
                 scaffold.take_shape("flat-rectangle");
                 scaffold.put("numerics.mesh", "[3, 1]");
             }
+            ("search", "cases") => {
+                scaffold = Scaffold::of_kind("uniqueness");
+                scaffold.put("numerics.mesh", "3");
+            }
             ("search", _) => scaffold.kind = "multiplicity",
             _ => {}
         }
