@@ -25,8 +25,8 @@ pub struct Forecast {
     pub unknowns: usize,
     /// The time on a processor of about 2020, within a factor of a few \[s\].
     pub seconds: f64,
-    /// The part of the time that the operator takes \[s\]. Of jobs that share one, and that a worker
-    /// does one after another, only the first takes it.
+    /// The part of the time that the operator takes \[s\]. Of jobs that share one, and that a
+    /// worker does one after another, only the first takes it.
     pub assembly: f64,
     /// The memory for operator and fields \[bytes\].
     pub memory: u64,

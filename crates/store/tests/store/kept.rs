@@ -46,8 +46,8 @@ fn words_are_shown_as_long_as_they_hold() {
         ("a label", |store| store.set_labels("done", Default::default()).unwrap(), BOTH),
         ("further records", |store| store.commit(&records(10..12)).unwrap(), FINAL),
         ("another record", |store| store.commit(&[(key(3), record(4))]).unwrap(), NONE),
-        ("a record fewer", |store| drop(store.remove(&[key(3)]).unwrap()), NONE),
-        ("no record fewer", |store| drop(store.remove(&[key(99)]).unwrap()), BOTH),
+        ("a record fewer", |store| assert_eq!(store.remove(&[key(3)]).unwrap(), 1), NONE),
+        ("no record fewer", |store| assert_eq!(store.remove(&[key(99)]).unwrap(), 0), BOTH),
     ];
     for (name, change, expected) in changes {
         let directory = tempfile::tempdir().unwrap();
