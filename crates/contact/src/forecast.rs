@@ -287,6 +287,7 @@ pub fn forecast_bracket(
             increments: 0,
             unknowns: 2 * nx,
             seconds,
+            assembly: 0.0,
             memory,
             operator: 0,
         });
