@@ -1,6 +1,6 @@
 //! Runs what is left of a study, for `run`, `resume` and `cost`.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use anyhow::{Context, Result, anyhow};
 use identity::JobKey;
 use indicatif::BinaryBytes;
 use runner::{EarlyEnd, Interrupt, Options, RunError, Task, Want};
-use store::Store;
+use store::{Glance, Store};
 use study::account::HashedFile;
 use study::{RunAccount, Study};
 
@@ -18,12 +18,13 @@ use crate::account::this_run;
 use crate::cli::ExecutionArgs;
 use crate::exporting::{ExportPlace, Exporter};
 use crate::failure_limit::FailureCount;
-use crate::job_list::{JobList, JobsLeft};
+use crate::kept_study::KeptStudy;
 use crate::ledger::StoreLedger;
 use crate::output::{self, Finish};
 use crate::progress::ProgressDisplay;
+use crate::run_jobs::{JobOrder, JobsLeft, RunJobs};
 use crate::stored::{StoreSource, WrittenStore};
-use crate::summary::{RunEnd, RunTally, resume_command, summarise};
+use crate::summary::{FIGURES, RunEnd, RunTally, gathered, resume_command, summarise};
 use crate::threads::usable;
 use crate::time_left::{Calibration, TimeLeft};
 use crate::words::count;
@@ -56,8 +57,14 @@ pub(crate) fn execute(
     args: &ExecutionArgs,
     part: Option<ShardRun>,
 ) -> Result<Finish> {
+    if part.is_none()
+        && let Some(finish) = said_before(&study, directory, args)?
+    {
+        // What a killed run has left is cleared away by the next one that computes something.
+        return Ok(finish);
+    }
     let account = this_run(&study, file);
-    let store = open_for(&study, directory)?;
+    let (store, of_axes) = open_for(&study, directory)?;
     // A run that computes nothing still clears away what a killed one has left.
     runner::sweep_leftovers();
     let in_transit = directory.join(IN_TRANSIT);
@@ -95,10 +102,14 @@ pub(crate) fn execute(
         continuation: &continuation,
         account: &account,
     };
-    let mut requested = HashSet::new();
-    let outcome = compute(&run, &mut requested);
+    let mut requested = Vec::new();
+    let outcome = match study.adaptive() {
+        None => compute(&run, &of_axes, &mut requested),
+        Some(_) => compute_chosen(&run, &mut requested),
+    };
+    drop(of_axes);
     if let Some(exporter) = exporter {
-        let mut keys: Vec<JobKey> = requested.into_iter().collect();
+        let mut keys = requested;
         keys.sort_unstable();
         let is_finished = outcome.as_ref().is_ok_and(|tally| !tally.is_partial());
         let path = exporter.path().to_owned();
@@ -115,7 +126,30 @@ pub(crate) fn execute(
     }
     let ending = RunEnd { tally: outcome?, continuation, shard };
     let source = StoreSource::Store(&written);
-    summarise(&Results::read(study, &source)?, &shown, args.json, ending)
+    let results = Results::in_blocks(study, &source)?;
+    let facts = gathered(&results, &shown, ending.tally.jobs, shard.is_some())?;
+    let finish = summarise(&facts, &shown, args.json, ending)?;
+    if shard.is_none() {
+        KeptStudy::of(&results, facts).keep(&store, results.study());
+    }
+    Ok(finish)
+}
+
+/// Says what a run says that finds nothing to do, if the store keeps that in words which hold: then
+/// neither its records are read nor its lock is taken.
+fn said_before(study: &Study, directory: &Path, args: &ExecutionArgs) -> Result<Option<Finish>> {
+    let kept = Glance::at(directory)
+        .and_then(|glance| KeptStudy::at_a_glance(&glance, study.name()))
+        .filter(|kept| kept.is_about(study))
+        .filter(|kept| !args.retry_failed || kept.progress().failed == 0);
+    let Some(facts) = kept.and_then(|kept| kept.into_facts(&directory.join(FIGURES))) else {
+        return Ok(None);
+    };
+    study.sample_note().iter().for_each(|note| output::say(&format!("note: {note}")));
+    let tally = RunTally { jobs: facts.jobs, cached: facts.jobs, ..RunTally::default() };
+    let continuation = resume_command(study, directory);
+    let ending = RunEnd { tally, continuation, shard: None };
+    summarise(&facts, directory, args.json, ending).map(Some)
 }
 
 /// Everything that the rounds of a run share.
@@ -132,96 +166,150 @@ struct StudyRun<'a> {
     account: &'a RunAccount,
 }
 
-/// Checks a study and opens its store; a study that is refused leaves no store behind.
-fn open_for(study: &Study, directory: &Path) -> Result<Store> {
-    let jobs = JobList::of(study)?;
+/// Checks a study and opens its store; a study that is refused leaves no store behind. Returns the
+/// jobs of its axes as well.
+fn open_for<'s>(study: &'s Study, directory: &Path) -> Result<(Store, RunJobs<'s>)> {
+    let mut jobs = RunJobs::of_axes(study)?;
     let is_new = !directory.exists();
     if is_new {
-        jobs.bind(study, |_| false)?;
+        jobs.examine(|_| false)?;
     }
     let store = Store::open(directory)?;
     if !is_new {
-        jobs.bind(study, |key| store.contains(key))?;
+        jobs.examine(|key| store.contains(key))?;
     }
-    Ok(store)
+    Ok((store, jobs))
 }
 
-/// Computes the jobs that are left; a study that chooses points by its results takes several
-/// rounds. The keys of all its jobs are added to those that are `requested`.
-fn compute(run: &StudyRun<'_>, requested: &mut HashSet<JobKey>) -> Result<RunTally> {
-    let StudyRun { study, store, args, interrupt, exporter, .. } = *run;
-    let mut tally = RunTally::default();
-    let mut calibration = Calibration::default();
-    let mut computed = HashSet::new();
-    let mut failures = FailureCount::new(args.max_failures);
-    for round in 0.. {
-        let points = match study.adaptive() {
-            None => study.points(),
-            Some(_) => choice::gather(study, &StoreSource::Store(store))?.choice.points,
-        };
-        let jobs = JobList::of_points(study, points)?;
+/// The state of a run over its rounds.
+struct RunState {
+    tally: RunTally,
+    calibration: Calibration,
+    failures: FailureCount,
+}
+
+impl RunState {
+    fn new(args: &ExecutionArgs) -> Self {
+        Self {
+            tally: RunTally::default(),
+            calibration: Calibration::default(),
+            failures: FailureCount::new(args.max_failures),
+        }
+    }
+}
+
+/// Computes the jobs that are left of a study that chooses no points. The keys of all its jobs are
+/// added to those that are `requested`, if they are exported.
+fn compute(
+    run: &StudyRun<'_>,
+    jobs: &RunJobs<'_>,
+    requested: &mut Vec<JobKey>,
+) -> Result<RunTally> {
+    let mut state = RunState::new(run.args);
+    let left = jobs.left(run.store, run.args.retry_failed, &HashSet::new())?;
+    state.tally.jobs = jobs.len();
+    state.tally.computing = left.tasks.len();
+    if let Some(exporter) = run.exporter {
         requested.extend(jobs.keys());
-        let JobsLeft { tasks, damaged, texts } =
-            jobs.left(study, store, args.retry_failed, &computed)?;
-        if damaged > 0 {
-            output::say(&format!(
-                "{} damaged or without its file of fields, and computed again",
-                count(damaged, "result is", "results are")
-            ));
-        }
-        computed.extend(tasks.iter().map(|task| task.key));
-        (tally.jobs, tally.computing) = (requested.len(), computed.len());
-        tally.cached = tally.jobs.saturating_sub(tally.computing);
+        let computed: HashSet<JobKey> = left.tasks.iter().map(|task| task.key).collect();
+        let mut cached = requested.clone();
+        cached.retain(|key| !computed.contains(key));
+        cached.sort_unstable();
+        exporter.expect(run.store.store, jobs.len(), &cached);
+    }
+    compute_left(run, left, true, &mut state)?;
+    Ok(state.tally)
+}
+
+/// Computes the jobs that are left of a study that chooses points by its results, which takes
+/// several rounds. The keys of all its jobs are added to those that are `requested`.
+fn compute_chosen(run: &StudyRun<'_>, requested: &mut Vec<JobKey>) -> Result<RunTally> {
+    let StudyRun { study, store, args, exporter, .. } = *run;
+    let mut state = RunState::new(args);
+    let (mut known, mut computed) = (HashSet::new(), HashSet::new());
+    for round in 0.. {
+        let points = choice::gather(study, &StoreSource::Store(store))?.choice.points;
+        let jobs = RunJobs::of_points(study, points);
+        requested.extend(jobs.keys().filter(|key| known.insert(*key)));
+        let left = jobs.left(store, args.retry_failed, &computed)?;
+        computed.extend(left.tasks.iter().map(|task| task.key));
+        (state.tally.jobs, state.tally.computing) = (known.len(), computed.len());
         if let Some(exporter) = exporter {
-            let mut cached: Vec<JobKey> = requested.difference(&computed).copied().collect();
+            let mut cached: Vec<JobKey> = known.difference(&computed).copied().collect();
             cached.sort_unstable();
-            exporter.expect(store.store, tally.jobs, &cached);
+            exporter.expect(store.store, known.len(), &cached);
         }
-        if tasks.is_empty() {
-            return Ok(tally);
-        }
-        failures.jobs = tally.computing;
-        let is_late = round > 0 && args.until.as_ref().is_some_and(|time| time.left().is_zero());
-        let most = if is_late || failures.are_too_many() { Some(0) } else { allowed(args, &tally) };
-        let (tasks, left_out) = within(tasks, most);
-        tally.computing -= left_out.len();
-        if tasks.is_empty() {
-            let workers = options(args, study, run.directory, left_out.len())?.workers;
-            let left = TimeLeft::new(&left_out, workers, calibration);
-            tally.seconds_left = Some(left.seconds_from_start());
-            match args.max_jobs {
-                _ if failures.are_too_many() => stop_for_failures(&mut tally, &failures),
-                Some(most) if !is_late => stop_at(&mut tally, most),
-                _ => stop_in_time(&mut tally, args, interrupt),
-            }
-            return Ok(tally);
-        }
-        let round = Round { tasks, left_out: &left_out, texts, is_first: round == 0 };
-        run_round(run, round, &mut tally, &mut calibration, &mut failures)?;
-        if let (Some(most), false) = (args.max_jobs, left_out.is_empty() || tally.is_partial()) {
-            stop_at(&mut tally, most);
-        }
-        if tally.is_partial() || study.adaptive().is_none() {
+        if compute_left(run, left, round == 0, &mut state)? == RoundEnd::Last {
             break;
         }
     }
-    Ok(tally)
+    Ok(state.tally)
+}
+
+/// The end of a round.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum RoundEnd {
+    /// Results came that may say which points there are.
+    Results,
+    /// Nothing was left to do, or nothing more is to be done.
+    Last,
+}
+
+/// Computes the jobs that are left at the beginning of a round.
+fn compute_left(
+    run: &StudyRun<'_>,
+    JobsLeft { tasks, damaged }: JobsLeft<'_>,
+    is_first: bool,
+    state: &mut RunState,
+) -> Result<RoundEnd> {
+    let StudyRun { study, args, interrupt, .. } = *run;
+    let RunState { tally, calibration, failures } = state;
+    if damaged > 0 {
+        output::say(&format!(
+            "{} damaged or without its file of fields, and computed again",
+            count(damaged, "result is", "results are")
+        ));
+    }
+    tally.cached = tally.jobs.saturating_sub(tally.computing);
+    if tasks.is_empty() {
+        return Ok(RoundEnd::Last);
+    }
+    failures.jobs = tally.computing;
+    let is_late = !is_first && args.until.as_ref().is_some_and(|time| time.left().is_zero());
+    let most = if is_late || failures.are_too_many() { Some(0) } else { allowed(args, tally) };
+    let (tasks, left_out) = within(tasks, most);
+    tally.computing -= left_out.len();
+    if tasks.is_empty() {
+        let workers = options(args, study, run.directory, left_out.len())?.workers;
+        let left = TimeLeft::new(&left_out, workers, std::mem::take(calibration));
+        tally.seconds_left = Some(left.seconds_from_start());
+        match args.max_jobs {
+            _ if failures.are_too_many() => stop_for_failures(tally, failures),
+            Some(most) if !is_late => stop_at(tally, most),
+            _ => stop_in_time(tally, args, interrupt),
+        }
+        return Ok(RoundEnd::Last);
+    }
+    let round = Round { tasks, left_out: &left_out, is_first };
+    run_round(run, round, tally, calibration, failures)?;
+    if let (Some(most), false) = (args.max_jobs, left_out.is_empty() || tally.is_partial()) {
+        stop_at(tally, most);
+    }
+    Ok(if tally.is_partial() { RoundEnd::Last } else { RoundEnd::Results })
 }
 
 /// The jobs that a run does before it looks at their results.
 struct Round<'a> {
-    tasks: Vec<Task>,
+    tasks: Vec<Task<JobOrder<'a>>>,
     /// The jobs that `--max-jobs` leaves for another run.
-    left_out: &'a [Task],
-    /// The canonical text of each job.
-    texts: HashMap<JobKey, String>,
+    left_out: &'a [Task<JobOrder<'a>>],
     is_first: bool,
 }
 
 /// Computes the jobs of a round, and adds to the counts what came of them.
 fn run_round(
     run: &StudyRun<'_>,
-    Round { tasks, left_out, texts, is_first }: Round<'_>,
+    Round { tasks, left_out, is_first }: Round<'_>,
     tally: &mut RunTally,
     calibration: &mut Calibration,
     failures: &mut FailureCount,
@@ -236,9 +324,11 @@ fn run_round(
         (options.until, options.overtime) = (Some(budget.left()), budget.overtime());
         options.begins_one = is_first;
     }
+    let orders: Vec<JobOrder<'_>> = tasks.iter().map(|task| task.payload).collect();
+    let texts = |task: usize| orders.get(task)?.text();
     let outcome = runner::run(
         tasks,
-        &mut StoreLedger::new(store.store, texts, exporter, account, failures),
+        &mut StoreLedger::new(store.store, &texts, exporter, account, failures),
         &options,
         interrupt,
         &mut |event| progress.show(event),
@@ -278,7 +368,7 @@ fn allowed(args: &ExecutionArgs, tally: &RunTally) -> Option<usize> {
 
 /// Divides tasks into those that a run may still begin, a coarse grid of the axes first, and the
 /// others.
-fn within(mut tasks: Vec<Task>, most: Option<usize>) -> (Vec<Task>, Vec<Task>) {
+fn within<P>(mut tasks: Vec<Task<P>>, most: Option<usize>) -> (Vec<Task<P>>, Vec<Task<P>>) {
     let Some(most) = most.filter(|most| *most < tasks.len()) else { return (tasks, Vec::new()) };
     tasks.sort_by_key(|task| task.rank);
     let left_out = tasks.split_off(most);

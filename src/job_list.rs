@@ -1,7 +1,6 @@
-//! The jobs of a study, and those of them that are left.
+//! The jobs of a study whose points are in memory.
 
-use std::cmp::Reverse;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use answers::effects::{Overview, overview};
 use answers::{check, choice, forecast};
@@ -11,11 +10,7 @@ use contact::model::SceneError;
 use contact::problem::Problem;
 use identity::JobKey;
 use rayon::prelude::*;
-use runner::Task;
-use study::{Record, Study, StudyPoint};
-
-use crate::stored::{RecordState, WrittenStore};
-use crate::wire::order;
+use study::{Study, StudyPoint};
 
 /// The points of a study and their distinct jobs, in the order of their first points.
 pub(crate) struct JobList {
@@ -29,15 +24,6 @@ pub(crate) struct DistinctJob {
     pub(crate) point: usize,
     /// The prediction of what it takes.
     pub(crate) forecast: Forecast,
-}
-
-/// The jobs that are left to run.
-pub(crate) struct JobsLeft {
-    pub(crate) tasks: Vec<Task>,
-    /// The number of those whose result is there but damaged.
-    pub(crate) damaged: usize,
-    /// The canonical text of each job.
-    pub(crate) texts: HashMap<JobKey, String>,
 }
 
 impl JobList {
@@ -82,51 +68,6 @@ impl JobList {
         }
     }
 
-    /// Returns the jobs that are left, without those in `computed`.
-    pub(crate) fn left(
-        &self,
-        study: &Study,
-        store: &WrittenStore,
-        retry_failed: bool,
-        computed: &HashSet<JobKey>,
-    ) -> Result<JobsLeft> {
-        let mut left = JobsLeft { tasks: Vec::new(), damaged: 0, texts: HashMap::new() };
-        let mut assemblies = Vec::new();
-        for (DistinctJob { point, forecast }, state) in
-            self.distinct.iter().zip(store.states(&self.keys())?)
-        {
-            let StudyPoint { job, key, .. } = &self.points[*point];
-            let is_cached =
-                || state == RecordState::Present && !(retry_failed && has_failed(store, key));
-            if computed.contains(key) || is_cached() {
-                continue;
-            }
-            left.damaged += usize::from(state == RecordState::Damaged);
-            let text = job.canonical();
-            left.tasks.push(Task {
-                key: *key,
-                payload: order(job, text.clone(), study.surfaces())?,
-                group: forecast.operator,
-                rank: self.rank(study, *point),
-                cost: forecast.seconds,
-                memory: forecast.memory,
-            });
-            assemblies.push(forecast.assembly);
-            left.texts.insert(*key, text);
-        }
-        share_operators(&mut left.tasks, &assemblies);
-        Ok(left)
-    }
-
-    /// Returns the rank of the job of a point: a coarse grid of the axes goes first, so that there
-    /// are answers early. Of what a study chooses all has the same rank.
-    fn rank(&self, study: &Study, point: usize) -> u32 {
-        match study.adaptive() {
-            None => study.index(point).map_or(0, |index| study.level(index)),
-            Some(_) => 0,
-        }
-    }
-
     /// Returns the effects of all jobs.
     pub(crate) fn effects(&self, study: &Study) -> Result<Overview> {
         let first: Vec<usize> = self.distinct.iter().map(|job| job.point).collect();
@@ -136,33 +77,6 @@ impl JobList {
     /// Returns the keys of the distinct jobs.
     pub(crate) fn keys(&self) -> Vec<JobKey> {
         self.distinct.iter().map(|job| self.points[job.point].key).collect()
-    }
-}
-
-/// Leaves the time that an operator takes with the first of the jobs that share it. `assemblies` has
-/// that time for each of the tasks \[s\].
-fn share_operators(tasks: &mut [Task], assemblies: &[f64]) {
-    let mut first: HashMap<u64, usize> = HashMap::new();
-    // Within a group, jobs of a low rank go first, and of these the long ones.
-    let turn = |task: &Task| (task.rank, Reverse(task.cost.to_bits()));
-    for (index, task) in tasks.iter().enumerate() {
-        let first = first.entry(task.group).or_insert(index);
-        if turn(task) < turn(&tasks[*first]) {
-            *first = index;
-        }
-    }
-    for (index, (task, assembly)) in tasks.iter_mut().zip(assemblies).enumerate() {
-        if first.get(&task.group) != Some(&index) {
-            task.cost -= assembly;
-        }
-    }
-}
-
-/// Tells whether the record of a job is not certified, or cannot be read.
-fn has_failed(store: &WrittenStore, key: &JobKey) -> bool {
-    match store.get(key) {
-        Ok(Some(bytes)) => Record::decode(&bytes).map_or(true, |record| !record.is_certified()),
-        _ => true,
     }
 }
 

@@ -1,6 +1,5 @@
 //! Turns finished jobs into durable records.
 
-use std::collections::HashMap;
 use std::error::Error;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -20,8 +19,8 @@ use crate::wire::{JobReply, decode_reply};
 /// Keeps results in a store: fields first, as blobs, then the records that refer to them.
 pub(crate) struct StoreLedger<'a> {
     store: &'a Store,
-    /// The canonical texts of the jobs that run.
-    jobs: HashMap<JobKey, String>,
+    /// Returns the canonical text of a job, given its index among the tasks of the run.
+    texts: &'a dyn Fn(usize) -> Option<String>,
     /// The export of the run, if there is one.
     exporter: Option<&'a Exporter>,
     /// The account of the run.
@@ -33,15 +32,15 @@ pub(crate) struct StoreLedger<'a> {
 }
 
 impl<'a> StoreLedger<'a> {
-    /// Returns the ledger of a run of some jobs, given with their canonical texts.
+    /// Returns the ledger of a run of some jobs, whose canonical texts it is told.
     pub(crate) fn new(
         store: &'a Store,
-        jobs: HashMap<JobKey, String>,
+        texts: &'a dyn Fn(usize) -> Option<String>,
         exporter: Option<&'a Exporter>,
         account: &'a RunAccount,
         failures: &'a mut FailureCount,
     ) -> Self {
-        Self { store, jobs, exporter, account, run: None, failures }
+        Self { store, texts, exporter, account, run: None, failures }
     }
 
     /// Keeps the account of the run before the first record that names it. Results count more: if
@@ -74,10 +73,7 @@ impl<'a> StoreLedger<'a> {
         };
         let mut record = Record {
             physics: PHYSICS_VERSION,
-            job: self
-                .jobs
-                .remove(&done.key)
-                .ok_or("a result came for a job that nobody gave out")?,
+            job: (self.texts)(done.task).ok_or("a result came for a job that nobody gave out")?,
             ending,
             fields,
             provenance: Provenance {
@@ -196,12 +192,13 @@ mod tests {
         let endings = [bracketed(50_000), bracketed(4), searched(40, 32), searched(3, 32)];
         let keys: Vec<JobKey> =
             (0..).zip(&endings).map(|(number, _)| JobKey([number; 32])).collect();
-        let texts = keys.iter().map(|key| (*key, key.to_string())).collect();
-        let done = keys.iter().zip(&endings).map(|(key, ending)| {
+        let texts = |task: usize| keys.get(task).map(JobKey::to_string);
+        let done = keys.iter().zip(&endings).enumerate().map(|(task, (key, ending))| {
             let reply =
                 JobReply::Ended { ending: encode_ending(ending), fields: None, times: Vec::new() };
             let bytes = bincode::serde::encode_to_vec(&reply, bincode::config::standard()).unwrap();
             Done {
+                task,
                 key: *key,
                 verdict: Verdict::Completed(bytes),
                 worker: Some(0),
@@ -210,7 +207,7 @@ mod tests {
             }
         });
         let mut failures = FailureCount::default();
-        StoreLedger::new(&store, texts, None, &RunAccount::default(), &mut failures)
+        StoreLedger::new(&store, &texts, None, &RunAccount::default(), &mut failures)
             .commit(done.collect())
             .unwrap();
         let ends = keys

@@ -7,7 +7,7 @@ use answers::shards::{Partition, Shard};
 use anyhow::{Context, Result};
 use store::Digest;
 use study::edit::EditError;
-use study::{NamedFile, ReadFile, Study};
+use study::{IsKnown, NamedFile, ReadFile, Study};
 
 use crate::bounded_file::{LARGEST_MAP, read_bounded, read_study_text};
 use crate::shard_choice::ShardChoice;
@@ -42,10 +42,16 @@ pub(crate) fn read_large_study(path: &Path) -> Result<Study> {
     Ok(Study::parse_sharded(&text, &path.display().to_string(), &mut files_beside(path))?)
 }
 
-/// Reads a study file, and takes the part of it that is chosen; without a choice, all of it.
-pub(crate) fn read_shard(path: &Path, choice: Option<ShardChoice>) -> Result<StudyShard> {
+/// Reads a study file, and takes the part of it that is chosen; without a choice, all of it. The
+/// points of a study that `is_known` make sense.
+pub(crate) fn read_shard(
+    path: &Path,
+    choice: Option<ShardChoice>,
+    is_known: IsKnown<'_>,
+) -> Result<StudyShard> {
     let Some(choice) = choice else {
-        let study = read_study(path)?;
+        let (text, named) = (read_text(path)?, path.display().to_string());
+        let study = Study::parse_known(&text, &named, &mut files_beside(path), is_known)?;
         return Ok(StudyShard { study, shard: Shard::WHOLE, partition: None });
     };
     let shard = choice.shard()?;

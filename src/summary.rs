@@ -1,18 +1,20 @@
 //! The summary at the end of a run.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use answers::shards::Shard;
 use answers::{Results, Warning};
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use report::DataTable;
 use serde::Serialize;
-use study::{Record, Study};
+use store::Digest;
+use study::Study;
 use wording::{escaped_json, excerpt};
 
 use crate::answer_text::{answers_json, answers_words};
 use crate::figures;
+use crate::kept_study::{DrawnFigure, ShownFailure, SummaryFacts};
 use crate::output::{self, Finish, layout};
 use crate::proposal;
 use crate::words::{count, duration, excluded_words};
@@ -73,13 +75,6 @@ struct FailedJob {
     show: String,
 }
 
-/// A figure that was drawn.
-struct DrawnFigure {
-    files: Vec<PathBuf>,
-    /// The sentence about points that are missing, if some are.
-    missing: Option<String>,
-}
-
 impl FailedJob {
     /// Returns the reason up to the details of it.
     fn words(&self) -> &str {
@@ -98,27 +93,44 @@ pub(crate) struct RunEnd {
     pub(crate) shard: Option<Shard>,
 }
 
-/// Draws the figures of a study and says what came of a run.
-pub(crate) fn summarise(
+/// Draws the figures of a study and returns what is to be said of it after a run of so many jobs.
+/// A figure of a part of a study would mislead, so none is drawn.
+pub(crate) fn gathered(
     results: &Results<'_>,
+    directory: &Path,
+    jobs: usize,
+    is_part: bool,
+) -> Result<SummaryFacts> {
+    let table = results.usual_table()?;
+    let first = table.rows().iter().take(SUMMARY_ROWS).cloned().collect();
+    let first = DataTable::new(table.columns().to_vec(), first)?;
+    // Of very many points the table has the first.
+    let all = results.progress().points.max(table.rows().len());
+    let mut facts = SummaryFacts::of(results, jobs, first, all.saturating_sub(SUMMARY_ROWS));
+    drop(table);
+    facts.answers = results.answers()?.to_vec();
+    if !is_part && facts.progress().done > 0 {
+        facts.figures = draw_figures(results, directory)?;
+    }
+    Ok(facts)
+}
+
+/// Says what came of a run.
+pub(crate) fn summarise(
+    facts: &SummaryFacts,
     directory: &Path,
     json: bool,
     ending: RunEnd,
 ) -> Result<Finish> {
     let RunEnd { tally, continuation, shard } = ending;
-    let progress = results.progress();
-    let figures = match shard.is_none() && progress.done > 0 {
-        true => draw_figures(results, directory)?,
-        false => Vec::new(),
-    };
-    let summary = RunSummary { results, directory, tally, continuation, shard, figures };
+    let summary = RunSummary { facts, directory, tally, continuation, shard };
     if json {
         output::print_raw(&escaped_json(&format!("{}\n", summary.json()?)))?;
     } else {
         output::print(&summary.words()?)?;
     }
     let RunTally { interrupted, stopped_in_time, too_many_failed, .. } = summary.tally;
-    Ok(match progress.failed + results.inaccurate() {
+    Ok(match facts.progress().failed + facts.inaccurate {
         _ if interrupted => Finish::Interrupted,
         _ if too_many_failed => Finish::TooManyFailed,
         _ if stopped_in_time => Finish::StoppedInTime,
@@ -129,55 +141,65 @@ pub(crate) fn summarise(
 
 /// Everything that a summary tells.
 struct RunSummary<'r> {
-    results: &'r Results<'r>,
+    facts: &'r SummaryFacts,
     /// The directory of the store.
     directory: &'r Path,
     tally: RunTally,
     /// The command that goes on with it.
     continuation: String,
     shard: Option<Shard>,
-    /// The figures, or why each was not drawn.
-    figures: Vec<Result<DrawnFigure>>,
 }
 
 impl RunSummary<'_> {
     fn json(&self) -> Result<serde_json::Value> {
-        let drawn = || self.figures.iter().flatten();
-        let files: Vec<&PathBuf> = drawn().flat_map(|figure| &figure.files).collect();
+        let SummaryFacts { study, answers, warnings, inaccurate, .. } = self.facts;
+        let drawn = || self.facts.figures.iter().flatten();
+        let files: Vec<PathBuf> = drawn().flat_map(|figure| self.files_of(figure)).collect();
         let undrawn: Vec<&String> = drawn().filter_map(|figure| figure.missing.as_ref()).collect();
-        Ok(serde_json::json!({
+        let warnings: Vec<&String> = warnings.iter().map(|warning| &warning.words).collect();
+        let mut summary = serde_json::json!({
             "event": "summary",
-            "study": self.results.study().name(),
+            "study": study,
             "shard": self.shard.map(|shard| shard.to_string()),
-            "progress": self.results.progress(),
+            "progress": self.facts.progress(),
             "run": self.tally,
             "failures": self.failures(),
             "figures": files,
             "undrawn": undrawn,
-            "answers": answers_json(self.results.answers()?)?,
-            "warnings": warning_words(self.results),
-            "inaccurate": self.results.inaccurate(),
-        }))
+            "answers": answers_json(answers)?,
+            "warnings": warnings,
+            "inaccurate": inaccurate,
+        });
+        let more = self.facts.failed_jobs - self.facts.failures.len();
+        if more > 0 {
+            summary["failures_not_listed"] = more.into();
+        }
+        Ok(summary)
+    }
+
+    /// Returns the paths of the files of a figure.
+    fn files_of<'f>(&'f self, figure: &'f DrawnFigure) -> impl Iterator<Item = PathBuf> + 'f {
+        figure.files.iter().map(|(name, _)| self.directory.join(FIGURES).join(name))
     }
 
     fn words(&self) -> Result<String> {
-        let mut text = self.rows()?;
-        text += &answers_words(self.results.answers()?);
+        let mut text = self.rows();
+        text += &answers_words(&self.facts.answers);
         text += &self.counts();
-        for figure in &self.figures {
+        for figure in &self.facts.figures {
             match figure {
-                Ok(DrawnFigure { files, missing }) => {
-                    let missing =
-                        missing.iter().map(|words| format!(" ({words})")).collect::<String>();
-                    for file in files {
+                Ok(drawn) => {
+                    let missing = drawn.missing.iter().map(|words| format!(" ({words})"));
+                    let missing = missing.collect::<String>();
+                    for file in self.files_of(drawn) {
                         text += &format!("figure: {}{missing}\n", file.display());
                     }
                 }
-                Err(error) => text += &format!("no figure: {error:#}\n"),
+                Err(error) => text += &format!("no figure: {error}\n"),
             }
         }
-        for line in warning_lines(self.results, self.directory) {
-            text += &line;
+        for warning in &self.facts.warnings {
+            text += &warning_line(warning, self.name(), self.directory);
         }
         text += &self.missed_accuracy();
         text += &self.listed_failures();
@@ -197,7 +219,7 @@ impl RunSummary<'_> {
         let verb = if left == 1 { "is" } else { "are" };
         let jobs = count(*jobs, "job", "jobs");
         // A study that chooses its points has more jobs than it knows of.
-        let known = if self.results.study().adaptive().is_some() { " known so far" } else { "" };
+        let known = if self.facts.is_adaptive { " known so far" } else { "" };
         let time = seconds_left.map_or(String::new(), |seconds| {
             format!("the jobs left take about {}\n", duration(seconds))
         });
@@ -209,21 +231,20 @@ impl RunSummary<'_> {
     }
 
     /// Returns the first rows of the results.
-    fn rows(&self) -> Result<String> {
-        let table = self.results.usual_table()?;
-        let rows = table.rows();
-        let Some(rest) = rows.len().checked_sub(SUMMARY_ROWS).filter(|rest| *rest > 0) else {
-            return Ok(table.terminal(&layout()));
-        };
-        let first = DataTable::new(table.columns().to_vec(), rows[..SUMMARY_ROWS].to_vec())?;
-        let more = count(rest, "more row", "more rows");
-        let command = self.command(["query", self.name()]);
-        Ok(format!("{}… {more}: {command}\n", first.terminal(&layout())))
+    fn rows(&self) -> String {
+        let rows = self.facts.rows.terminal(&layout());
+        match self.facts.more_rows {
+            0 => rows,
+            more => {
+                let more = count(more, "more row", "more rows");
+                format!("{rows}… {more}: {}\n", self.command(["query", self.name()]))
+            }
+        }
     }
 
     /// Returns the name of the study.
     fn name(&self) -> &str {
-        self.results.study().name()
+        &self.facts.study
     }
 
     /// Returns a command on the store, ready to be pasted.
@@ -232,12 +253,12 @@ impl RunSummary<'_> {
     }
 
     fn counts(&self) -> String {
-        let RunSummary { results, tally, .. } = self;
-        let progress = results.progress();
+        let RunSummary { facts, tally, .. } = self;
+        let progress = facts.progress();
         format!(
             "\n{}{}: {}{}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the \
              store\n",
-            results.study().name(),
+            facts.study,
             self.shard.map_or(String::new(), |shard| format!(", shard {shard}")),
             count(progress.points, "point", "points"),
             excluded_words(progress.excluded),
@@ -251,13 +272,8 @@ impl RunSummary<'_> {
         )
     }
 
-    /// Returns the record of every point that has one.
-    fn records(&self) -> impl Iterator<Item = &Record> {
-        self.results.points().iter().filter_map(|point| self.results.record(point))
-    }
-
     fn missed_accuracy(&self) -> String {
-        let inaccurate = self.results.inaccurate();
+        let inaccurate = self.facts.inaccurate;
         if inaccurate == 0 {
             return String::new();
         }
@@ -266,18 +282,13 @@ impl RunSummary<'_> {
         format!("warning: {points} the accuracy asked for: {command}\n")
     }
 
-    /// Returns the jobs that have ended without a solution, each once.
+    /// Returns the jobs that have ended without a solution, each once; of very many the first.
     fn failures(&self) -> Vec<FailedJob> {
-        let mut listed = BTreeSet::new();
-        self.records()
-            .filter(|record| !record.is_certified() && listed.insert(record.key()))
-            .map(|record| {
-                let key = record.key().to_string();
-                let show = self.command(["show", &key[..12]]);
-                let reason = record.ending.reason().map(str::to_owned);
-                FailedJob { key, status: record.standing().to_string(), reason, show }
-            })
-            .collect()
+        let failure = |ShownFailure { key, status, reason }: &ShownFailure| {
+            let show = self.command(["show", &key[..12]]);
+            FailedJob { key: key.clone(), status: status.clone(), reason: reason.clone(), show }
+        };
+        self.facts.failures.iter().map(failure).collect()
     }
 
     /// Says why jobs have failed, each reason once, with the command that shows the first of them.
@@ -295,12 +306,13 @@ impl RunSummary<'_> {
         }
         let listed = alike.iter().take(LISTED_FAILURES);
         let mut text: String = listed.map(|jobs| failure_words(jobs)).collect();
-        if failures.len() > alike.len().min(LISTED_FAILURES) {
+        let all = self.facts.failed_jobs;
+        if all > alike.len().min(LISTED_FAILURES) {
             let filter = ["--where", "status != \"certified\"", "--select", "key,status,reason"];
             let query = ["query", self.name()].into_iter().chain(filter);
             text += &format!(
                 "all {}: {}\n",
-                count(failures.len(), "failed job", "failed jobs"),
+                count(all, "failed job", "failed jobs"),
                 self.command(query)
             );
         }
@@ -310,14 +322,17 @@ impl RunSummary<'_> {
 
 /// Returns a line for each doubt about a study's results, with the command that shows the rows.
 pub(crate) fn warning_lines(results: &Results<'_>, directory: &Path) -> Vec<String> {
-    let line = |warning: Warning| {
-        // A row of `query` without `--steps` is the end of a path.
-        let steps = warning.steps.then_some("--steps");
-        let query = ["query", results.study().name()].into_iter().chain(steps);
-        let command = proposal::command(directory, query.chain(["--where", &warning.filter]));
-        format!("warning: {}: {command}\n", warning.words)
-    };
-    results.warnings().into_iter().map(line).collect()
+    let name = results.study().name();
+    results.warnings().iter().map(|warning| warning_line(warning, name, directory)).collect()
+}
+
+/// Returns the line about a doubt, with the command that shows the rows.
+fn warning_line(warning: &Warning, study: &str, directory: &Path) -> String {
+    // A row of `query` without `--steps` is the end of a path.
+    let steps = warning.steps.then_some("--steps");
+    let query = ["query", study].into_iter().chain(steps);
+    let command = proposal::command(directory, query.chain(["--where", &warning.filter]));
+    format!("warning: {}: {command}\n", warning.words)
 }
 
 /// Returns the doubts about a study's results.
@@ -353,22 +368,40 @@ fn without_numbers(reason: &str) -> String {
     words
 }
 
+/// The folder of figures in a store.
+pub(crate) const FIGURES: &str = "figures";
+
 /// Draws each of the study's figures to files in the store's folder of figures. A figure that
 /// cannot be drawn hinders no other.
-fn draw_figures(results: &Results<'_>, directory: &Path) -> Result<Vec<Result<DrawnFigure>>> {
-    let folder = directory.join("figures");
-    let draw = |figure: &study::Figure| {
+fn draw_figures(
+    results: &Results<'_>,
+    directory: &Path,
+) -> Result<Vec<Result<DrawnFigure, String>>> {
+    let folder = directory.join(FIGURES);
+    let draw = |figure: &study::Figure| -> Result<DrawnFigure> {
         std::fs::create_dir_all(&folder)
             .with_context(|| format!("cannot make {}", folder.display()))?;
         let files = figures::own_files(&folder.join(figure.stem(results.study().name())))?;
         let missing = figures::draw(results, figure, None, &files)?;
-        Ok(DrawnFigure { files, missing })
+        let named = files.iter().map(|file| {
+            let bytes = std::fs::read(file)?;
+            let name = file.file_name().map(PathBuf::from).unwrap_or_default();
+            Ok((name, Digest::of(&bytes).0))
+        });
+        Ok(DrawnFigure { files: named.collect::<Result<_>>()?, missing })
     };
-    let figures = results.figures()?;
-    if figures.is_empty() && !results.study().suggestions().is_empty() {
-        return Ok(vec![Err(anyhow!(figures::nothing_varies(results.study())))]);
+    let in_words = |drawn: Result<DrawnFigure>| drawn.map_err(|error| format!("{error:#}"));
+    let study = results.study();
+    if !study.is_listed() {
+        let most = count(study::MOST_POINTS, "point", "points");
+        let advice = "`query` with --format parquet writes their rows to a file";
+        return Ok(vec![Err(format!("figures have at most {most}; {advice}"))]);
     }
-    Ok(figures.iter().map(draw).collect())
+    let figures = results.figures()?;
+    if figures.is_empty() && !study.suggestions().is_empty() {
+        return Ok(vec![Err(figures::nothing_varies(study))]);
+    }
+    Ok(figures.iter().map(draw).map(in_words).collect())
 }
 
 /// Returns the command that continues a run.

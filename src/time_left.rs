@@ -133,8 +133,8 @@ pub(crate) struct TimeLeft {
 
 impl TimeLeft {
     /// Returns the estimate for some tasks on so many workers, with what is known of earlier jobs.
-    pub(crate) fn new<'t>(
-        tasks: impl IntoIterator<Item = &'t Task>,
+    pub(crate) fn new<'t, P: 't>(
+        tasks: impl IntoIterator<Item = &'t Task<P>>,
         workers: usize,
         calibration: Calibration,
     ) -> Self {
@@ -315,7 +315,7 @@ mod tests {
     fn worst_ratio(jobs: &[[f64; 2]], workers: usize) -> f64 {
         let task = |(job, [cost, _]): (usize, &[f64; 2])| Task {
             key: key(job),
-            payload: Vec::new(),
+            payload: Vec::<u8>::new(),
             group: 0,
             rank: 0,
             cost: *cost,
@@ -403,7 +403,7 @@ mod tests {
     fn a_job_is_in_work_since_the_one_before_it_ended() {
         let task = |job: usize| Task {
             key: key(job),
-            payload: Vec::new(),
+            payload: Vec::<u8>::new(),
             group: 0,
             rank: 0,
             cost: 1.0,
@@ -428,7 +428,7 @@ mod tests {
     fn jobs_that_come_back_count_again() {
         let task = |job: usize| Task {
             key: key(job),
-            payload: Vec::new(),
+            payload: Vec::<u8>::new(),
             group: 0,
             rank: 0,
             cost: 1.0,

@@ -52,11 +52,13 @@ pub(crate) struct Measurement {
     pub(crate) fields: Vec<u8>,
 }
 
-/// Encodes a job, given with its canonical text, for a worker.
-pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result<Vec<u8>> {
+/// Encodes the canonical text of a job for a worker, with the surfaces that the job names, if it
+/// may name some.
+pub(crate) fn order(job: Option<&Job>, canonical: String, surfaces: &Surfaces) -> Result<Vec<u8>> {
     let map = |name: &String| Some((name.clone(), encode_surface(surfaces.get(name)?)));
     let profile = |name: &String| Some((name.clone(), encode_profile(surfaces.profile(name)?)));
-    let (height_maps, profiles) = match job.case().map(|case| &case.scene.punch.shape) {
+    let (height_maps, profiles) = match job.and_then(Job::case).map(|case| &case.scene.punch.shape)
+    {
         Some(Shape::HeightMap { surface, .. }) => (map(surface).into_iter().collect(), Vec::new()),
         Some(Shape::WheelOnRail(wheel)) => {
             (Vec::new(), [&wheel.wheel, &wheel.rail].into_iter().filter_map(profile).collect())

@@ -106,7 +106,7 @@ fn runs(case: &Case, surfaces: &Surfaces, repeat: u32) -> Result<Vec<EffectRun>>
         let numerics = Numerics { simulate: simulate.clone(), ..case.numerics.clone() };
         let unknowns = forecast(&case.scene, &numerics, surfaces)?.unknowns;
         let job = Job::Solve(Case { scene: case.scene.clone(), numerics });
-        let measurement = measure(&order(&job, job.canonical(), surfaces)?, repeat)?;
+        let measurement = measure(&order(Some(&job), job.canonical(), surfaces)?, repeat)?;
         let fields = decode_fields(&measurement.fields)?;
         let status = Standing::from(&measurement.outcome.status);
         // Two iterates that are no solutions do not tell what an effect changes.

@@ -87,7 +87,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     }
     let StudyShard { study, shard, .. } = match whole {
         Some(study) => StudyShard::whole(study)?,
-        None => read_shard(&args.study, args.shard)?,
+        None => read_shard(&args.study, args.shard, &mut |_| false)?,
     };
     let mut jobs = JobList::of(&study)?;
     let reader = opened(args)?;

@@ -18,7 +18,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     args.output.as_deref().map_or(Ok(()), written_file::check)?;
     let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
-    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    let results = Results::in_blocks(stored_study(&reader, &args.name)?, &source)?;
     let figures = chosen(args, &results)?;
     if let (Some(file), [_, _, ..]) = (&args.output, &figures[..]) {
         let names =

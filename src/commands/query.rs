@@ -15,6 +15,9 @@ use crate::study_file::part;
 use crate::table_file::{TableRows, write_csv, write_parquet};
 use crate::written_file;
 
+/// The number of points above which only the rows that are chosen are in memory.
+const IN_MEMORY: usize = 16_384;
+
 /// Prints the results of a study as a table, or writes them to a file.
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     let format = if args.json { TableFormat::Json } else { args.format };
@@ -52,15 +55,30 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         return write(args, format, rows, &selection, &study);
     }
     if args.shard.is_none() && !study.is_listed() && !args.columns {
-        let part = format!("1/{}", study.len().div_ceil(MOST_POINTS));
-        bail!(
-            "the study `{}` has {} points, and {MOST_POINTS} at most are a table in memory; \
-             --format parquet or csv with --select and without --sort writes them one after the \
-             other, and this asks for a part of them: {}",
-            args.name,
-            study.len(),
-            proposal::command(&args.store.store, ["query", &args.name, "--shard", &part])
-        );
+        if selection.columns.is_empty() && !args.steps {
+            selection.columns = Selection::usual_columns(&study);
+        }
+        let gathered = match study.is_one_run() && selection.has_own_rows(&study) {
+            true => selection.gathered(&study, &source, MOST_POINTS)?,
+            false => None,
+        };
+        let Some((table, accounts)) = gathered else {
+            let part = format!("1/{}", study.len().div_ceil(MOST_POINTS));
+            bail!(
+                "the study `{}` has {} points, and {MOST_POINTS} rows at most are a table in \
+                 memory; --where may choose fewer, --format parquet or csv with --select and \
+                 without --sort writes them one after the other, and this asks for a part of \
+                 them: {}",
+                args.name,
+                study.len(),
+                proposal::command(&args.store.store, ["query", &args.name, "--shard", &part])
+            );
+        };
+        if !is_file && args.filter.is_some() && table.rows().is_empty() {
+            output::say("no row matches");
+        }
+        let rows = TableRows::Whole { table, accounts: &accounts };
+        return write(args, format, rows, &selection, &study);
     }
     if args.columns {
         return write(
@@ -73,6 +91,16 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
             &selection,
             &study,
         );
+    }
+    if study.point_count() > IN_MEMORY && is_known && selection.has_own_rows(&study) {
+        let gathered = selection.gathered(&study, &source, usize::MAX)?;
+        if let Some((table, accounts)) = gathered {
+            if !is_file && args.filter.is_some() && table.rows().is_empty() {
+                output::say("no row matches");
+            }
+            let rows = TableRows::Whole { table, accounts: &accounts };
+            return write(args, format, rows, &selection, &study);
+        }
     }
     let results = Results::read(study, &source)?;
     if selection.columns.is_empty() {

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use answers::shards::Shard;
 use anyhow::{Context, Result, bail};
-use store::{Digest, ShardName, Store};
+use store::{Digest, Glance, ShardName, Store};
 use study::Study;
 
 use crate::account::study_file;
 use crate::cli::RunArgs;
 use crate::execution::{ShardRun, StudyToRun, execute};
 use crate::exporting::ExportPlace;
+use crate::kept_study::KeptStudy;
 use crate::local_store::LocalStore;
 use crate::output::Finish;
 use crate::proposal::USUAL_STORE;
@@ -19,7 +20,8 @@ use crate::study_file::{StudyShard, read_shard};
 
 /// Launches a study or continues it.
 pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
-    let StudyShard { study, shard, partition } = read_shard(&args.study, args.shard)?;
+    let StudyShard { study, shard, partition } =
+        read_shard(&args.study, args.shard, &mut |study| is_known(study, &usual(args)))?;
     let file = Some(study_file(&args.study, study.text()));
     let to_run = |study: Study| StudyToRun { study, file };
     if args.shard.is_none() && args.export.is_none() {
@@ -59,6 +61,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
             Ok(finish)
         }
     }
+}
+
+/// Returns whether this program has run the very study to its end in a store, so that all its
+/// points make sense.
+fn is_known(study: &Study, store: &Path) -> bool {
+    let kept = Glance::at(store).and_then(|glance| KeptStudy::at_a_glance(&glance, study.name()));
+    kept.is_some_and(|kept| kept.is_about(study))
 }
 
 fn usual(args: &RunArgs) -> PathBuf {

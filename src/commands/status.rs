@@ -1,35 +1,43 @@
 //! `status`: how far the studies of a store are.
 
-use answers::Results;
+use answers::{Progress, Results};
 use anyhow::{Context, Result};
 use report::{Cell, DataTable, TableColumn};
-use store::StoreReader;
+use store::{Glance, StoreReader, StudyLabels};
 
 use crate::cli::StatusArgs;
+use crate::kept_study::KeptStudy;
 use crate::labels::{self, add_json};
 use crate::output::{self, Finish, layout};
 use crate::shard_states::StudyShards;
-use crate::stored::{StoreSource, read_store, stored_large_study, stored_study};
+use crate::stored::{StoreSource, read_store, stored_large_study};
 
 /// Lists studies with their numbers of points.
 pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
+    let glance = Glance::at(&args.store.store);
+    if let Some(glance) = &glance
+        && let Some(list) = known_list(args, glance)
+    {
+        return list.shown(args.json);
+    }
     let reader = read_store(&args.store.store)?;
     let names = match &args.name {
         Some(name) => vec![name.clone()],
         None => reader.study_names()?,
     };
-    let mut finish = Finish::AllDone;
     let source = StoreSource::Reader(&reader);
-    let mut rows = Vec::new();
-    let mut listed = Vec::new();
+    let mut list = StatusList { is_empty: names.is_empty(), ..StatusList::default() };
     let exports = reader.exports();
-    let mut sharded = Vec::new();
-    let mut labels = Vec::new();
     let all_labels = reader.labels()?;
-    let of_study = |name: &String| all_labels.get(name).cloned().unwrap_or_default();
     for name in &names {
+        let labels = all_labels.get(name).cloned().unwrap_or_default();
+        let known = glance.as_ref().and_then(|glance| KeptStudy::at_a_glance(glance, name));
+        if let Some(kept) = known {
+            list.add_known(name, &kept, labels);
+            continue;
+        }
         let large = stored_large_study(&reader, name).ok().filter(|study| !study.is_listed());
-        if let Some(study) = large {
+        if let Some(study) = large.filter(|study| !study.is_one_run() || !study.is_plain()) {
             // Only its shards say how far it is.
             let shards = StudyShards::of(name, &exports);
             let listed_shards: Vec<_> = shards.iter().flat_map(|shards| &shards.rows).collect();
@@ -38,73 +46,140 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
                 "progress": { "points": study.len() },
                 "shards": listed_shards,
             });
-            add_json(&mut entry, &of_study(name));
-            listed.push(entry);
-            labels.push(of_study(name));
+            add_json(&mut entry, &labels);
             let mut row = vec![Cell::Text(name.clone()), Cell::Integer(study.len() as i64)];
             row.resize(6, Cell::Missing);
             row.push(Cell::Text(study.question().to_owned()));
-            rows.push(row);
-            sharded.extend(shards);
+            list.add(entry, row, labels);
+            list.sharded.extend(shards);
             continue;
         }
-        let results = match read(&reader, name, &source) {
-            Ok(results) => results,
+        let counted = match counted(&reader, name, &source) {
+            Ok(counted) => counted,
             // One damaged study must not hide the others, nor pass for one that is not there.
             Err(error) if args.name.is_none() => {
                 output::complain(&error);
-                finish = Finish::Mistake;
+                list.has_mistakes = true;
                 continue;
             }
             Err(error) => return Err(error),
         };
-        let (progress, inaccurate) = (results.progress(), results.inaccurate());
-        let question = results.study().question();
-        let mut entry = serde_json::json!({
-            "study": name, "question": question, "progress": progress, "inaccurate": inaccurate,
-        });
+        let (mut entry, row) = counted.listed(name);
         let shards = StudyShards::of(name, &exports);
         if !shards.is_empty() {
             let all: Vec<_> = shards.iter().flat_map(|shards| &shards.rows).collect();
             entry["shards"] = serde_json::to_value(all)?;
         }
-        add_json(&mut entry, &of_study(name));
-        listed.push(entry);
-        labels.push(of_study(name));
-        sharded.extend(shards);
-        let mut row = vec![Cell::Text(name.clone())];
-        row.extend(
-            [progress.points, progress.done, progress.failed, progress.left, inaccurate]
-                .map(|count| Cell::Integer(count as i64)),
-        );
-        row.push(Cell::Text(question.to_owned()));
-        rows.push(row);
+        add_json(&mut entry, &labels);
+        list.add(entry, row, labels);
+        list.sharded.extend(shards);
     }
-    if args.json {
-        output::print_json(&listed)?;
-        return Ok(finish);
-    }
-    if names.is_empty() {
-        return output::print("no studies so far\n");
-    }
-    if rows.is_empty() {
-        return Ok(finish);
-    }
-    let mut heads = ["study", "points", "certified", "failed", "left", "inaccurate", "question"]
-        .map(|name| TableColumn::new(name, ""))
-        .to_vec();
-    let (label_heads, cells) = labels::columns(&labels);
-    heads.extend(label_heads);
-    rows.iter_mut().zip(cells).for_each(|(row, cells)| row.extend(cells));
-    let mut text = DataTable::new(heads, rows)?.terminal(&layout());
-    for shards in sharded {
-        text += &format!("\n{}", shards.words()?);
-    }
-    output::print(&text)?;
-    Ok(finish)
+    list.shown(args.json)
 }
 
-/// Reads the results of a study.
-fn read<'r>(reader: &StoreReader, name: &str, source: &'r StoreSource<'r>) -> Result<Results<'r>> {
-    Results::read(stored_study(reader, name)?, source).with_context(|| format!("study `{name}`"))
+/// Lists the studies by what is kept in words about them; `None` if there is none about one.
+fn known_list(args: &StatusArgs, glance: &Glance) -> Option<StatusList> {
+    let names: Vec<&str> = match &args.name {
+        Some(name) => vec![name],
+        None => glance.study_names().collect(),
+    };
+    let mut list = StatusList { is_empty: names.is_empty(), ..StatusList::default() };
+    for name in names {
+        list.add_known(name, &KeptStudy::at_a_glance(glance, name)?, glance.labels(name));
+    }
+    Some(list)
+}
+
+/// The counts of a study.
+struct StudyCounts {
+    progress: Progress,
+    inaccurate: usize,
+    question: String,
+}
+
+impl StudyCounts {
+    /// Returns the entry and the row of a list of studies.
+    fn listed(&self, name: &str) -> (serde_json::Value, Vec<Cell>) {
+        let StudyCounts { progress, inaccurate, question } = self;
+        let entry = serde_json::json!({
+            "study": name, "question": question, "progress": progress, "inaccurate": inaccurate,
+        });
+        let mut row = vec![Cell::Text(name.to_owned())];
+        row.extend(
+            [progress.points, progress.done, progress.failed, progress.left, *inaccurate]
+                .map(|count| Cell::Integer(count as i64)),
+        );
+        row.push(Cell::Text(question.clone()));
+        (entry, row)
+    }
+}
+
+/// The list of studies.
+#[derive(Default)]
+struct StatusList {
+    /// There is no study.
+    is_empty: bool,
+    /// Some study could not be read.
+    has_mistakes: bool,
+    entries: Vec<serde_json::Value>,
+    rows: Vec<Vec<Cell>>,
+    labels: Vec<StudyLabels>,
+    sharded: Vec<StudyShards>,
+}
+
+impl StatusList {
+    fn add(&mut self, entry: serde_json::Value, row: Vec<Cell>, labels: StudyLabels) {
+        self.entries.push(entry);
+        self.rows.push(row);
+        self.labels.push(labels);
+    }
+
+    /// Adds a study by what is kept about it.
+    fn add_known(&mut self, name: &str, kept: &KeptStudy, labels: StudyLabels) {
+        let counts = StudyCounts {
+            progress: kept.progress(),
+            inaccurate: kept.inaccurate(),
+            question: kept.question().to_owned(),
+        };
+        let (mut entry, row) = counts.listed(name);
+        add_json(&mut entry, &labels);
+        self.add(entry, row, labels);
+    }
+
+    /// Prints the list.
+    fn shown(mut self, json: bool) -> Result<Finish> {
+        let finish = if self.has_mistakes { Finish::Mistake } else { Finish::AllDone };
+        if json {
+            output::print_json(&self.entries)?;
+            return Ok(finish);
+        }
+        if self.is_empty {
+            return output::print("no studies so far\n");
+        }
+        if self.rows.is_empty() {
+            return Ok(finish);
+        }
+        let names = ["study", "points", "certified", "failed", "left", "inaccurate", "question"];
+        let mut heads = names.map(|name| TableColumn::new(name, "")).to_vec();
+        let (label_heads, cells) = labels::columns(&self.labels);
+        heads.extend(label_heads);
+        self.rows.iter_mut().zip(cells).for_each(|(row, cells)| row.extend(cells));
+        let mut text = DataTable::new(heads, self.rows)?.terminal(&layout());
+        for shards in self.sharded {
+            text += &format!("\n{}", shards.words()?);
+        }
+        output::print(&text)?;
+        Ok(finish)
+    }
+}
+
+/// Counts the results of a study.
+fn counted(reader: &StoreReader, name: &str, source: &StoreSource<'_>) -> Result<StudyCounts> {
+    let study = stored_large_study(reader, name)?;
+    let results = Results::in_blocks(study, source).with_context(|| format!("study `{name}`"))?;
+    Ok(StudyCounts {
+        progress: results.progress(),
+        inaccurate: results.inaccurate(),
+        question: results.study().question().to_owned(),
+    })
 }

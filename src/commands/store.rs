@@ -13,16 +13,17 @@ use contact::uniqueness::monotony::{Contradiction, contradictions};
 use identity::JobKey;
 use indicatif::BinaryBytes;
 use store::{
-    Digest, MergeSelection, OpenError, RecordOrigin, References, Store, StoreReader,
+    Digest, Glance, MergeSelection, OpenError, RecordOrigin, References, Store, StoreReader,
     merge_into_export, require_mergeable,
 };
-use study::Record;
 use study::encoding::DecodeError;
+use study::{PointKeys, Record};
 
 use crate::cli::StoreCommand;
+use crate::kept_study::KeptStudy;
 use crate::merge_rules::{RULES, references};
 use crate::output::{self, Finish};
-use crate::stored::{StoreSource, read_store, stored_study};
+use crate::stored::{StoreSource, read_store, stored_large_study};
 use crate::words::count;
 use crate::{merged, proposal};
 
@@ -117,6 +118,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
     faults.extend(found.damaged_exports);
     // No run brings these back, and no result is lost with them: they are said, and the code stays.
     let notes = merged::lost_accounts(&found.lost_companions);
+    let kept = prove_kept(store, sound);
     let is_exports = !store.exports().is_empty();
     if json {
         output::print_json(&serde_json::json!({
@@ -125,6 +127,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             "files": found.blobs,
             "file_bytes": found.blob_bytes,
             "studies": found.studies,
+            "kept_counts": { "proved": kept.proved, "notes": kept.notes },
             "brackets_proved": deep.then_some(proved),
             "brackets_too_large": deep.then_some(too_large.len()),
             "records_of_other_versions": foreign,
@@ -153,7 +156,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             });
         }
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
-        notes.iter().for_each(|note| text += &format!("note: {note}\n"));
+        notes.iter().chain(&kept.notes).for_each(|note| text += &format!("note: {note}\n"));
         if !sound && is_exports {
             text += "to run their shards again computes what is damaged, and keeps the rest\n";
         } else if !sound {
@@ -186,6 +189,49 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
         output::print(&text)?;
     }
     Ok(if sound { Finish::AllDone } else { Finish::SomeFailed })
+}
+
+/// The outcome of proving what is kept in words about studies.
+#[derive(Default)]
+struct KeptProof {
+    /// The number of studies whose words are right.
+    proved: usize,
+    notes: Vec<String>,
+}
+
+/// Counts the results of the studies about which words are kept, and forgets all words if some are
+/// wrong, or if the store is not `sound`: the next run then examines every record.
+fn prove_kept(store: &StoreReader, sound: bool) -> KeptProof {
+    let directory = store.blobs().store();
+    let mut proof = KeptProof::default();
+    let Some(glance) = Glance::at(directory) else { return proof };
+    let source = StoreSource::Reader(store);
+    let mut are_wrong = !sound;
+    for name in glance.study_names() {
+        let Some(kept) = KeptStudy::at_a_glance(&glance, name) else { continue };
+        let counted = stored_large_study(store, name)
+            .and_then(|study| Ok(Results::in_blocks(study, &source)?))
+            .map(|results| (results.progress(), results.inaccurate()));
+        match counted {
+            Ok((progress, inaccurate))
+                if progress == kept.progress() && inaccurate == kept.inaccurate() =>
+            {
+                proof.proved += 1;
+            }
+            _ => {
+                are_wrong = true;
+                proof.notes.push(format!(
+                    "the counts that were kept of `{name}` are not right, and are forgotten"
+                ));
+            }
+        }
+    }
+    // Without them the next run and `status` count anew. A process that has the store open has
+    // taken them already.
+    if are_wrong && let Err(error) = Store::forget_words(directory) {
+        proof.notes.push(format!("the kept counts cannot be forgotten: {error}"));
+    }
+    proof
 }
 
 fn salvage(directory: &Path, json: bool) -> Result<Finish> {
@@ -265,8 +311,14 @@ fn export(store: StoreReader, file: &Path, studies: &[String], json: bool) -> Re
         let source = StoreSource::Reader(&store);
         let mut keys = BTreeSet::new();
         for name in studies {
-            let results = Results::read(stored_study(&store, name)?, &source)
-                .with_context(|| format!("study `{name}`"))?;
+            let study = stored_large_study(&store, name)?;
+            if study.adaptive().is_none() {
+                let of_points = PointKeys::of(&study);
+                keys.extend(study.indices().filter_map(|index| of_points.key(index)));
+                continue;
+            }
+            let results =
+                Results::read(study, &source).with_context(|| format!("study `{name}`"))?;
             keys.extend(results.points().iter().map(|point| point.key));
         }
         selection.studies = Some(studies.iter().cloned().collect());

@@ -20,7 +20,7 @@ mod roots;
 use std::collections::HashSet;
 
 use identity::JobKey;
-use study::{Adaptive, Study, StudyPoint};
+use study::{Adaptive, PointKeys, Study, StudyPoint};
 
 use crate::error::AnswerError;
 use crate::records::{RecordMap, Records};
@@ -68,11 +68,11 @@ pub fn choose(study: &Study, records: &RecordMap) -> Result<PointChoice, AnswerE
 pub fn visit_jobs(
     study: &Study,
     source: &dyn Records,
-    mut visitor: impl FnMut(JobKey),
+    visitor: impl FnMut(JobKey),
 ) -> Result<Vec<StudyPoint>, AnswerError> {
     if study.adaptive().is_none() {
-        let points = study.indices().filter_map(|index| study.point(index));
-        points.for_each(|point| visitor(point.key));
+        let keys = PointKeys::of(study);
+        study.indices().filter_map(|index| keys.key(index)).for_each(visitor);
         return Ok(Vec::new());
     }
     let Gathered { choice, records } = gather(study, source)?;

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use report::DataTable;
+use serde::{Deserialize, Serialize};
 use study::columns::Compared;
 
 /// The comparison of the points of a study.
@@ -15,7 +16,7 @@ pub(crate) struct Comparison {
 }
 
 /// An answer of a study beyond its rows.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AnswerTable {
     /// The title.
     pub title: Cow<'static, str>,

@@ -69,7 +69,7 @@ pub use path::path_columns;
 pub use perform::Performed;
 pub use place::StudyPlace;
 pub use records::{RecordMap, Records, RecordsError};
-pub use results::{FigureRows, Progress, Results};
+pub use results::{FailedResult, Failures, FigureRows, Progress, Results};
 pub use selection::Selection;
 pub use undrawn::Undrawn;
 pub use warnings::{Warning, warnings};

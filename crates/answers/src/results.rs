@@ -3,6 +3,8 @@
 use std::cell::OnceCell;
 use std::collections::HashSet;
 
+use identity::{JobKey, KeptFields};
+use rayon::prelude::*;
 use report::{Cell, DataTable, TableColumn, TableError};
 use serde::Serialize;
 use study::columns::{Compared, Role, Row, along_path, find};
@@ -20,13 +22,28 @@ use crate::records::{RecordMap, Records};
 use crate::rows::{heads, increments, row};
 use crate::undrawn::{IS_CERTIFIED, Undrawn, only_certified};
 use crate::variation::{Variation, noise, variation};
-use crate::warnings::{RequiredError, Subject, Warning, of_elements, of_estimates, of_interiors};
+use crate::warnings::{
+    ElementDoubts, EstimateDoubts, InteriorDoubts, RequiredError, Subject, Warning, of_elements,
+    of_estimates, of_interiors,
+};
+
+/// The number of points above which the results of a plain study are read in blocks.
+const POINTS_IN_MEMORY: usize = 16_384;
+
+/// The number of points whose results are read at a time where they are read in blocks: those of
+/// 4096 take some 20 MiB.
+const POINTS_AT_ONCE: usize = 4096;
+
+/// The number of rows that are kept of a study that is too large for a figure.
+const FIRST_ROWS: usize = 1000;
+
+/// The number of failed jobs that are kept where results are read in blocks.
+const MOST_FAILURES: usize = 10_000;
 
 /// The points of a study, with the records that their jobs have left.
 pub struct Results<'r> {
     study: Study,
-    points: Vec<StudyPoint>,
-    records: RecordMap,
+    held: HeldResults,
     findings: Vec<Finding>,
     source: &'r dyn Records,
     /// The comparison of the points, made when it is first asked for: it reads the fields of many
@@ -36,6 +53,68 @@ pub struct Results<'r> {
     figures: OnceCell<Vec<Figure>>,
     /// The accounts of the runs, read when they are first asked for.
     accounts: OnceCell<Accounts>,
+}
+
+/// The points and records of a study as far as they are in memory.
+enum HeldResults {
+    /// All of them.
+    Whole { points: Vec<StudyPoint>, records: RecordMap },
+    /// None of them: they were surveyed, block by block.
+    Survey(Box<Survey>),
+}
+
+/// The knowledge of the results of a study that passed by once.
+struct Survey {
+    progress: Progress,
+    elements: ElementDoubts,
+    interiors: InteriorDoubts,
+    estimates: EstimateDoubts,
+    /// The relative change below which a quantity counts as constant.
+    noise: f64,
+    /// The columns that the jobs ask for.
+    requests: Vec<&'static str>,
+    failures: Failures,
+    /// Some record has its fields in a file.
+    has_files: bool,
+    /// The columns that figures and summaries show, of all points or of the first.
+    table: DataTable,
+}
+
+/// A job that has ended without a solution.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailedResult {
+    /// The key of the job.
+    pub key: JobKey,
+    /// The way in which it ended.
+    pub standing: Standing,
+    /// The reason, if it left one.
+    pub reason: Option<String>,
+}
+
+/// The jobs that have ended without a solution, in the order of their first points.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Failures {
+    /// The jobs; of very many the first.
+    pub listed: Vec<FailedResult>,
+    /// The number of all.
+    pub count: usize,
+    seen: HashSet<JobKey>,
+}
+
+impl Failures {
+    fn add(&mut self, record: &Record, most: usize) {
+        if record.is_certified() || !self.seen.insert(record.key()) {
+            return;
+        }
+        self.count += 1;
+        if self.listed.len() < most {
+            self.listed.push(FailedResult {
+                key: record.key(),
+                standing: record.standing(),
+                reason: record.ending.reason().map(str::to_owned),
+            });
+        }
+    }
 }
 
 /// The rows that a figure is drawn from, and the points that are missing among them.
@@ -78,16 +157,19 @@ impl Progress {
     }
 
     fn of(study: &Study, points: &[StudyPoint], records: &RecordMap) -> Self {
-        let excluded = study.excluded();
-        let mut progress = Self { points: points.len(), excluded, ..Self::default() };
-        for point in points {
-            match records.get(&point.key).map(Record::standing) {
-                None => progress.left += 1,
-                Some(Standing::Certified) => progress.done += 1,
-                Some(Standing::Failed | Standing::Quarantined) => progress.failed += 1,
-            }
-        }
+        let mut progress = Self { excluded: study.excluded(), ..Self::default() };
+        points.iter().for_each(|point| progress.add(records.get(&point.key)));
         progress
+    }
+
+    /// Counts a point with its record, if it has one.
+    fn add(&mut self, record: Option<&Record>) {
+        self.points += 1;
+        match record.map(Record::standing) {
+            None => self.left += 1,
+            Some(Standing::Certified) => self.done += 1,
+            Some(Standing::Failed | Standing::Quarantined) => self.failed += 1,
+        }
     }
 }
 
@@ -99,16 +181,52 @@ impl<'r> Results<'r> {
     pub fn read(study: Study, source: &'r dyn Records) -> Result<Self, AnswerError> {
         let Gathered { choice: PointChoice { points, findings, .. }, records } =
             gather(&study, source)?;
-        Ok(Self {
+        let held = HeldResults::Whole { points, records };
+        Ok(Self::holding(study, held, findings, source))
+    }
+
+    /// Reads what a study's jobs have left like [`read`](Results::read), but keeps neither points
+    /// nor records of a large study whose points are compared with nothing: these are read in
+    /// blocks, of which one is in memory at a time.
+    ///
+    /// # Errors
+    /// Those of [`read`](Results::read).
+    pub fn in_blocks(study: Study, source: &'r dyn Records) -> Result<Self, AnswerError> {
+        Self::in_blocks_above(POINTS_IN_MEMORY, study, source)
+    }
+
+    /// Reads results like [`in_blocks`](Results::in_blocks), with another number of points above
+    /// which they are read in blocks.
+    ///
+    /// # Errors
+    /// Those of [`read`](Results::read).
+    pub fn in_blocks_above(
+        most: usize,
+        study: Study,
+        source: &'r dyn Records,
+    ) -> Result<Self, AnswerError> {
+        if !study.is_plain() || study.point_count() <= most {
+            return Self::read(study, source);
+        }
+        let survey = Box::new(Survey::of(&study, source)?);
+        Ok(Self::holding(study, HeldResults::Survey(survey), Vec::new(), source))
+    }
+
+    fn holding(
+        study: Study,
+        held: HeldResults,
+        findings: Vec<Finding>,
+        source: &'r dyn Records,
+    ) -> Self {
+        Self {
             study,
-            points,
-            records,
+            held,
             findings,
             source,
             comparison: OnceCell::new(),
             figures: OnceCell::new(),
             accounts: OnceCell::new(),
-        })
+        }
     }
 
     /// Returns the study.
@@ -116,21 +234,51 @@ impl<'r> Results<'r> {
         &self.study
     }
 
-    /// Returns the points of the study as far as its results determine them.
+    /// Returns the points of the study as far as its results determine them; none of a study that
+    /// was read [in blocks](Results::in_blocks).
     pub fn points(&self) -> &[StudyPoint] {
-        &self.points
+        match &self.held {
+            HeldResults::Whole { points, .. } => points,
+            HeldResults::Survey(_) => &[],
+        }
     }
 
-    /// Returns the record of a point, if its job has left one.
+    /// Returns the record of a point, if its job has left one; none of a study that was read [in
+    /// blocks](Results::in_blocks).
     pub fn record(&self, point: &StudyPoint) -> Option<&Record> {
-        self.records.get(&point.key)
+        self.records()?.get(&point.key)
+    }
+
+    fn records(&self) -> Option<&RecordMap> {
+        match &self.held {
+            HeldResults::Whole { records, .. } => Some(records),
+            HeldResults::Survey(_) => None,
+        }
+    }
+
+    /// Returns whether the fields of some record are in a file beside the records.
+    pub fn has_files(&self) -> bool {
+        match &self.held {
+            HeldResults::Whole { .. } => self.of_points().any(has_file),
+            HeldResults::Survey(survey) => survey.has_files,
+        }
+    }
+
+    /// Returns the jobs that have ended without a solution.
+    pub fn failures(&self) -> Failures {
+        if let HeldResults::Survey(survey) = &self.held {
+            return survey.failures.clone();
+        }
+        let mut failures = Failures::default();
+        self.of_points().for_each(|record| failures.add(record, usize::MAX));
+        failures
     }
 
     /// Returns the accounts of the runs that computed the results.
     pub fn accounts(&self) -> &Accounts {
         self.accounts.get_or_init(|| {
             let mut accounts = Accounts::default();
-            accounts.read(self.records.values(), self.source);
+            accounts.read(self.records().into_iter().flat_map(RecordMap::values), self.source);
             accounts
         })
     }
@@ -143,7 +291,7 @@ impl<'r> Results<'r> {
     /// Iterates over the records of the points; one that several points share comes once.
     fn of_points(&self) -> impl Iterator<Item = &Record> {
         let mut seen = HashSet::new();
-        let points = self.points.iter().filter(move |point| seen.insert(point.key));
+        let points = self.points().iter().filter(move |point| seen.insert(point.key));
         points.filter_map(|point| self.record(point))
     }
 
@@ -156,7 +304,10 @@ impl<'r> Results<'r> {
 
     /// Returns how far the study is.
     pub fn progress(&self) -> Progress {
-        Progress::of(&self.study, &self.points, &self.records)
+        match &self.held {
+            HeldResults::Whole { points, records } => Progress::of(&self.study, points, records),
+            HeldResults::Survey(survey) => survey.progress,
+        }
     }
 
     /// Returns the number of points whose accuracy was asked for and not reached.
@@ -169,10 +320,13 @@ impl<'r> Results<'r> {
     /// errors of the mesh that are not estimated or large beside what the study asks. Studies that
     /// compare meshes have coarse ones on purpose, and their errors are in the answers.
     pub fn warnings(&self) -> Vec<Warning> {
+        if let HeldResults::Survey(survey) = &self.held {
+            return survey.warnings();
+        }
         let of = |points: &[&StudyPoint]| {
             points.iter().filter_map(|point| self.record(point)).collect::<Vec<&Record>>()
         };
-        let all: Vec<&StudyPoint> = self.points.iter().collect();
+        let all: Vec<&StudyPoint> = self.points().iter().collect();
         let mut warnings = of_elements(&of(&all), Subject::Points);
         warnings.extend(of_interiors(&of(&all), Subject::Points));
         if !matches!(self.study.kind(), Kind::Solve | Kind::Sensitivity) {
@@ -241,7 +395,7 @@ impl<'r> Results<'r> {
             }
             columns.push(column.clone());
         }
-        about(&self.evidence(), &columns)
+        self.evidence().map_or(Ok(Vec::new()), |evidence| about(&evidence, &columns))
     }
 
     /// Returns the influence of each key on the results of a figure that shows it: the name of each
@@ -291,9 +445,11 @@ impl<'r> Results<'r> {
         Ok(columns)
     }
 
-    fn evidence(&self) -> Evidence<'_> {
-        let Self { study, points, records, source, .. } = self;
-        Evidence { study, points, records, source: *source }
+    /// Returns the points and records that are compared. Those of a study that is read in blocks
+    /// are not.
+    fn evidence(&self) -> Option<Evidence<'_>> {
+        let HeldResults::Whole { points, records } = &self.held else { return None };
+        Some(Evidence { study: &self.study, points, records, source: self.source })
     }
 
     /// Compares the points, or does without a comparison if it cannot be made, and returns why:
@@ -319,7 +475,18 @@ impl<'r> Results<'r> {
         let takes_comparison =
             columns.iter().any(|column| column.is_compared() && is_mentioned(&column.name));
         let compared = if takes_comparison { &self.comparison()?.compared[..] } else { &[] };
-        let rows = self.points.iter().enumerate().map(|(index, point)| {
+        if let HeldResults::Survey(survey) = &self.held {
+            // A name stands for itself, and a condition for all the names that occur in it.
+            let is_name = |mention: &str| columns.iter().any(|column| column.name == mention);
+            let is_meant = |column: &&Column| {
+                mentions.iter().map(AsRef::as_ref).any(|mention| {
+                    column.name == mention || !is_name(mention) && mention.contains(&*column.name)
+                })
+            };
+            let meant = columns.iter().filter(is_meant).cloned().collect();
+            return survey.table(&self.study, self.source, meant);
+        }
+        let rows = self.points().iter().enumerate().map(|(index, point)| {
             let compared = compared.get(index).and_then(Option::as_ref);
             row(&columns, &self.input(point, compared))
         });
@@ -331,8 +498,18 @@ impl<'r> Results<'r> {
     /// # Errors
     /// Two columns share a name.
     pub fn increments(&self) -> Result<DataTable, AnswerError> {
-        let computed = self.points.iter().filter_map(|point| Some((point, self.record(point)?)));
-        increments(&along_path(self.study.columns()), self.accounts(), computed)
+        let columns = along_path(self.study.columns());
+        if let HeldResults::Survey(_) = &self.held {
+            let mut table = DataTable::new(heads(&columns), Vec::new())?;
+            visit(&self.study, self.source, &mut |block| {
+                let more = increments(&columns, block.accounts, block.computed())?;
+                table = table.clone().followed_by(more);
+                Ok(())
+            })?;
+            return Ok(table);
+        }
+        let computed = self.points().iter().filter_map(|point| Some((point, self.record(point)?)));
+        increments(&columns, self.accounts(), computed)
     }
 
     /// Returns the usual columns of every point.
@@ -355,6 +532,8 @@ impl<'r> Results<'r> {
             return Ok(figures);
         }
         let figures = match self.study.suggestions() {
+            // So many points make no figure.
+            _ if !self.study.is_listed() => Vec::new(),
             [] => self.study.figures().to_vec(),
             // What moves nothing is an answer as well.
             suggestions
@@ -370,10 +549,16 @@ impl<'r> Results<'r> {
     /// Returns the first of some figures that shows something that varies, without columns that do
     /// not; the first of all as long as no curve has two points.
     fn varying(&self, suggestions: &[Figure]) -> Result<Option<Figure>, AnswerError> {
-        let mentions: Vec<&str> =
-            suggestions.iter().flat_map(Figure::shown).map(String::as_str).collect();
+        let names = suggestions.iter().flat_map(|figure| {
+            let apart = figure.series.iter().chain(&figure.panels).chain(&figure.names);
+            figure.shown().chain([&figure.x]).chain(apart)
+        });
+        let mentions: Vec<&str> = names.map(String::as_str).chain(["status"]).collect();
         let table = self.table(&mentions)?.filter(IS_CERTIFIED)?;
-        let noise = noise(&self.points);
+        let noise = match &self.held {
+            HeldResults::Whole { points, .. } => noise(points),
+            HeldResults::Survey(survey) => survey.noise,
+        };
         let mut is_known = false;
         for figure in suggestions {
             match variation(&table, figure, noise)? {
@@ -405,7 +590,7 @@ impl<'r> Results<'r> {
             self.increments()?.filter(IS_CERTIFIED)?
         } else {
             let columns = [x].into_iter().chain(series).chain(panels).chain(names);
-            let columns = columns.chain(drawn()).map(String::as_str);
+            let columns = columns.chain(drawn()).map(String::as_str).chain(["status"]);
             self.table(&columns.chain(filter).collect::<Vec<_>>())?
         };
         let table = match filter {
@@ -430,8 +615,20 @@ impl<'r> Results<'r> {
         if figure.steps {
             columns = along_path(columns);
         }
-        let rows = self.points.iter().map(|point| row(&columns, &self.input(point, None)));
-        let table = DataTable::new(heads(&columns), rows.collect())?;
+        let table = match &self.held {
+            HeldResults::Whole { points, .. } => {
+                let rows = points.iter().map(|point| row(&columns, &self.input(point, None)));
+                DataTable::new(heads(&columns), rows.collect())?
+            }
+            HeldResults::Survey(survey) => {
+                // The names in the condition are checked against all columns.
+                DataTable::new(heads(&columns), Vec::new())?.filter(expression)?;
+                columns.retain(|column| {
+                    column.name == "status" || expression.contains(column.name.as_ref())
+                });
+                survey.table(&self.study, self.source, columns)?
+            }
+        };
         let table = table.filter_possible(expression)?;
         let count = |condition: &str| Ok::<_, AnswerError>(table.filter(condition)?.rows().len());
         Ok(Undrawn {
@@ -462,10 +659,19 @@ impl<'r> Results<'r> {
             .collect();
         let names_after = if steps {
             // The place on the path comes first.
-            [path_columns(&self.points), of_figures]
+            let path = match &self.held {
+                HeldResults::Whole { points, .. } => path_columns(points),
+                HeldResults::Survey(_) => path_columns(&self.study.points()),
+            };
+            [path, of_figures]
         } else {
             let usual = self.study.kind().usual_columns().iter().copied();
-            let further = self.points.iter().flat_map(|point| point.job.asked_columns());
+            let further: Vec<&str> = match &self.held {
+                HeldResults::Whole { points, .. } => {
+                    points.iter().flat_map(|point| point.job.asked_columns()).collect()
+                }
+                HeldResults::Survey(survey) => survey.requests.clone(),
+            };
             [of_figures, usual.chain(further).map(str::to_owned).collect()]
         };
         for name in names_after.into_iter().flatten() {
@@ -503,7 +709,7 @@ impl<'r> Results<'r> {
     fn compare(&self) -> Result<Comparison, AnswerError> {
         let Self { study, findings, .. } = self;
         let kind = answers_of(study.kind());
-        let evidence = self.evidence();
+        let Some(evidence) = self.evidence() else { return Ok(Comparison::default()) };
         let mut comparison = (kind.compare)(&evidence)?;
         if let (Some(about), Some(_)) = (kind.about, study.sample()) {
             comparison.answers.extend(about(&evidence, &self.columns_of_interest()?)?);
@@ -515,4 +721,147 @@ impl<'r> Results<'r> {
         }
         Ok(comparison)
     }
+}
+
+fn has_file(record: &Record) -> bool {
+    matches!(record.fields, Some(KeptFields::Blob(_)))
+}
+
+/// Some points of a study with their records.
+struct ResultBlock<'b> {
+    points: &'b [StudyPoint],
+    records: &'b RecordMap,
+    accounts: &'b Accounts,
+}
+
+impl ResultBlock<'_> {
+    /// Iterates over the points that have a record.
+    fn computed(&self) -> impl Iterator<Item = (&StudyPoint, &Record)> {
+        self.points.iter().filter_map(|point| Some((point, self.records.get(&point.key)?)))
+    }
+
+    /// Makes the rows of the points with some columns.
+    fn rows(&self, columns: &[Column]) -> Vec<Vec<Cell>> {
+        let rows = self.points.par_iter().map(|point| {
+            let record = self.records.get(&point.key);
+            let account = record.and_then(|record| self.accounts.of(record));
+            row(columns, &Row { point, record, compared: None, account })
+        });
+        rows.collect()
+    }
+}
+
+/// Visits the points of a study with their records, some at a time.
+fn visit(
+    study: &Study,
+    source: &dyn Records,
+    visitor: &mut dyn FnMut(ResultBlock<'_>) -> Result<(), AnswerError>,
+) -> Result<(), AnswerError> {
+    let mut accounts = Accounts::default();
+    let mut indices = study.indices();
+    loop {
+        let block: Vec<usize> = indices.by_ref().take(POINTS_AT_ONCE).collect();
+        if block.is_empty() {
+            return Ok(());
+        }
+        let points: Vec<StudyPoint> =
+            block.into_par_iter().filter_map(|index| study.point(index)).collect();
+        let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let records = source.select(&keys).map_err(AnswerError::Records)?;
+        accounts.read(records.values(), source);
+        visitor(ResultBlock { points: &points, records: &records, accounts: &accounts })?;
+    }
+}
+
+impl Survey {
+    /// Reads the results of a study block by block.
+    fn of(study: &Study, source: &dyn Records) -> Result<Survey, AnswerError> {
+        let mut columns = study.columns();
+        columns.retain(|column| is_shown(study, column));
+        let required = RequiredError::LARGE;
+        let mut survey = Survey {
+            progress: Progress { excluded: study.excluded(), ..Progress::default() },
+            elements: ElementDoubts::new(Subject::Points),
+            interiors: InteriorDoubts::new(Subject::Points),
+            estimates: EstimateDoubts::new(Subject::Points, required),
+            noise: 0.0,
+            requests: Vec::new(),
+            failures: Failures::default(),
+            has_files: false,
+            table: DataTable::new(heads(&columns), Vec::new())?,
+        };
+        let most = if study.is_listed() { usize::MAX } else { FIRST_ROWS };
+        let mut rows = Vec::new();
+        visit(study, source, &mut |block| {
+            survey.noise = survey.noise.max(noise(block.points));
+            for point in block.points {
+                let record = block.records.get(&point.key);
+                survey.progress.add(record);
+                for name in point.job.asked_columns() {
+                    if !survey.requests.contains(&name) {
+                        survey.requests.push(name);
+                    }
+                }
+                let Some(record) = record else { continue };
+                survey.elements.add(record);
+                survey.interiors.add(record);
+                survey.estimates.add(record);
+                survey.failures.add(record, MOST_FAILURES);
+                survey.has_files |= has_file(record);
+            }
+            if rows.len() < most {
+                rows.extend(block.rows(&columns));
+                rows.truncate(most);
+            }
+            Ok(())
+        })?;
+        survey.table = DataTable::new(heads(&columns), rows)?;
+        Ok(survey)
+    }
+
+    /// Returns the doubts about the certified results.
+    fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = self.elements.warnings();
+        warnings.extend(self.interiors.warning());
+        warnings.extend(self.estimates.warnings());
+        warnings
+    }
+
+    /// Returns the rows of a study with some columns: those that were kept, else they are read
+    /// again. Of a study that makes no figure there are the first rows.
+    fn table(
+        &self,
+        study: &Study,
+        source: &dyn Records,
+        columns: Vec<Column>,
+    ) -> Result<DataTable, AnswerError> {
+        let names: Vec<&str> = columns.iter().map(|column| column.name.as_ref()).collect();
+        if names.iter().all(|name| self.table.column(name).is_ok()) {
+            return Ok(self.table.select(&names)?);
+        }
+        let mut rows = Vec::new();
+        visit(study, source, &mut |block| {
+            rows.extend(block.rows(&columns));
+            Ok(())
+        })?;
+        Ok(DataTable::new(heads(&columns), rows)?)
+    }
+}
+
+/// Returns whether a column is kept for summaries and figures.
+fn is_shown(study: &Study, column: &Column) -> bool {
+    let name = column.name.as_ref();
+    let figures = study.figures().iter().chain(study.suggestions());
+    let is_drawn = |figure: &Figure| {
+        let apart = figure.series.iter().chain(&figure.panels).chain(&figure.names);
+        let filter = figure.filtered(None);
+        let mut names = apart.chain([&figure.x]).chain(figure.shown());
+        names.any(|shown| shown == name) || filter.is_some_and(|filter| filter.contains(name))
+    };
+    column.role == Role::Axis
+        || name == "status"
+        || study.kind().usual_columns().contains(&name)
+        || figures.clone().any(is_drawn)
 }

@@ -1,5 +1,6 @@
 //! A table of a study's results: which rows and columns of it, and in which order.
 
+use rayon::prelude::*;
 use report::{CellType, DataTable, FilterError, TableColumn, TableError, TypedColumn};
 use study::columns::{Row, along_path, nearest_name};
 use study::{Column, Study, StudyPoint, ValueType};
@@ -68,15 +69,67 @@ impl Selection {
     /// Returns whether the rows of a study can be made a few at a time: none depends on another,
     /// and they stay in their order.
     pub fn is_separable(&self, study: &Study) -> bool {
+        self.sort.is_empty() && self.has_own_rows(study)
+    }
+
+    /// Returns whether no row of a study depends on another.
+    pub fn has_own_rows(&self, study: &Study) -> bool {
         let compares =
             study.columns().iter().any(|column| column.is_compared() && self.mentions(column));
-        study.adaptive().is_none() && self.sort.is_empty() && !compares
+        study.adaptive().is_none() && !compares
+    }
+
+    /// Returns the columns that are shown of the points of a study that is too large for figures:
+    /// its axes, and the usual results.
+    pub fn usual_columns(study: &Study) -> Vec<String> {
+        let axes = study.axes().map(|axis| axis.column().into_owned());
+        let usual = study.kind().usual_columns().iter().map(|name| (*name).to_owned());
+        axes.chain(usual).collect()
     }
 
     /// Returns whether the name of a column occurs in the choice, be it as a part of another name.
     fn mentions(&self, column: &Column) -> bool {
         let mut mentions = self.columns.iter().chain(&self.sort).chain(&self.filter);
         mentions.any(|mention| mention.contains(column.name.as_ref()))
+    }
+
+    /// Gathers the rows that are chosen of a study whose rows do not depend on each other, block by
+    /// block, and sorts them. Only these rows are in memory. Returns `None` if there are more than
+    /// `most`.
+    ///
+    /// # Errors
+    /// There is no such column, the condition cannot be evaluated, or a record cannot be read.
+    pub fn gathered(
+        &self,
+        study: &Study,
+        source: &dyn Records,
+        most: usize,
+    ) -> Result<Option<(DataTable, Accounts)>, AnswerError> {
+        self.check(study)?;
+        let mut columns = self.columns.clone();
+        for key in &self.sort {
+            let names = |name: &str| self.all_columns(study).iter().any(|c| c.name == name);
+            let name = key.strip_prefix('-').filter(|_| !names(key)).unwrap_or(key);
+            if !columns.iter().any(|column| column == name) {
+                columns.push(name.to_owned());
+            }
+        }
+        let unsorted = Selection { sort: Vec::new(), columns, ..self.clone() };
+        let mut table: Option<DataTable> = None;
+        let mut is_full = false;
+        let accounts = unsorted.visit_while(study, source, &mut |block: &DataTable| {
+            let so_far =
+                table.take().map_or_else(|| block.clone(), |t| t.followed_by(block.clone()));
+            is_full = so_far.rows().len() > most;
+            table = Some(so_far);
+            Ok::<bool, AnswerError>(!is_full)
+        })?;
+        if is_full {
+            return Ok(None);
+        }
+        let table = table.unwrap_or(DataTable::new(Vec::new(), Vec::new())?);
+        let sorted = if self.sort.is_empty() { table } else { table.sort(&self.sort)? };
+        Ok(Some((sorted.select(&self.columns)?, accounts)))
     }
 
     /// Visits the rows that are chosen of a study in blocks, of which one at a time is in memory,
@@ -91,6 +144,16 @@ impl Selection {
         source: &dyn Records,
         mut visitor: impl FnMut(&DataTable) -> Result<(), E>,
     ) -> Result<Accounts, E> {
+        self.visit_while(study, source, &mut |block| visitor(block).map(|()| true))
+    }
+
+    /// Visits the rows like [`visit`](Selection::visit), until the visitor returns false.
+    fn visit_while<E: From<AnswerError>>(
+        &self,
+        study: &Study,
+        source: &dyn Records,
+        visitor: &mut dyn FnMut(&DataTable) -> Result<bool, E>,
+    ) -> Result<Accounts, E> {
         self.check(study)?;
         // Each of some hundred columns takes 32 bytes of a row.
         let mut columns = self.all_columns(study);
@@ -99,11 +162,9 @@ impl Selection {
         let mut indices = study.indices().peekable();
         let mut block: Option<DataTable> = None;
         while block.is_none() || indices.peek().is_some() {
-            let points: Vec<StudyPoint> = indices
-                .by_ref()
-                .take(POINTS_AT_ONCE)
-                .filter_map(|index| study.point(index))
-                .collect();
+            let some: Vec<usize> = indices.by_ref().take(POINTS_AT_ONCE).collect();
+            let points: Vec<StudyPoint> =
+                some.into_par_iter().filter_map(|index| study.point(index)).collect();
             let table = self.read(&columns, &points, source, &mut accounts)?;
             let chosen = self.chosen(table).map_err(|error| suggested(error, study))?;
             let gathered = match block.take() {
@@ -111,13 +172,17 @@ impl Selection {
                 None => chosen,
             };
             if gathered.rows().len() * gathered.columns().len() >= CELLS_OF_A_BLOCK {
-                visitor(&gathered)?;
+                if !visitor(&gathered)? {
+                    return Ok(accounts);
+                }
                 block = Some(gathered.without_rows());
             } else {
                 block = Some(gathered);
             }
         }
-        block.iter().try_for_each(visitor)?;
+        if let Some(last) = &block {
+            visitor(last)?;
+        }
         Ok(accounts)
     }
 

@@ -2,13 +2,14 @@
 //! mesh that are not estimated or large.
 
 use contact::model::{FigureErrors, Observables, StepOutcome};
+use serde::{Deserialize, Serialize};
 use study::Record;
 
 use crate::evidence::end_of;
 use crate::rows::digits;
 
 /// A doubt about some results.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Warning {
     /// The doubt, in words.
     pub words: String,
@@ -94,43 +95,92 @@ pub fn warnings(record: &Record) -> Vec<Warning> {
 
 /// Warns of counts of elements of some results.
 pub(crate) fn of_elements(records: &[&Record], subject: Subject) -> Vec<Warning> {
-    let warning = |ElementCount { column, words, read }: &ElementCount| {
-        let is_counted = |step: &StepOutcome| read(&step.observables) > 0;
-        // The columns of a failed point are empty, so that no filter finds it.
-        let is_shown = |record: &Record| subject == Subject::OneResult || record.is_certified();
-        let concerned: Vec<&&Record> = records
-            .iter()
-            .filter(|record| is_shown(record) && steps_of(record).iter().any(is_counted))
-            .collect();
-        (!concerned.is_empty()).then(|| Warning {
-            words: format!("elements{} {words}", subject.of(concerned.len())),
-            filter: format!("{column} > 0"),
-            steps: concerned.iter().any(|record| steps_of(record).len() > 1),
-        })
-    };
-    COUNTS.iter().filter_map(warning).collect()
+    let mut doubts = ElementDoubts::new(subject);
+    records.iter().for_each(|record| doubts.add(record));
+    doubts.warnings()
 }
 
 /// Warns of certified results whose stresses below the surface two ways do not agree on.
 pub(crate) fn of_interiors(records: &[&Record], subject: Subject) -> Option<Warning> {
-    let residual = |record: &&&Record| {
-        let outcome = record.outcome().filter(|_| record.is_certified())?;
-        let residual = outcome.further.interior.as_ref()?.residual?;
+    let mut doubts = InteriorDoubts::new(subject);
+    records.iter().for_each(|record| doubts.add(record));
+    doubts.warning()
+}
+
+/// The doubts about counts of elements, which results are added to one by one.
+pub(crate) struct ElementDoubts {
+    subject: Subject,
+    /// For each count the number of results that it concerns, and whether some of them have several
+    /// increments.
+    concerned: [(usize, bool); COUNTS.len()],
+}
+
+impl ElementDoubts {
+    pub(crate) fn new(subject: Subject) -> Self {
+        Self { subject, concerned: Default::default() }
+    }
+
+    pub(crate) fn add(&mut self, record: &Record) {
+        // The columns of a failed point are empty, so that no filter finds it.
+        if self.subject != Subject::OneResult && !record.is_certified() {
+            return;
+        }
+        let steps = steps_of(record);
+        for (count, (concerned, has_steps)) in COUNTS.iter().zip(&mut self.concerned) {
+            if steps.iter().any(|step| (count.read)(&step.observables) > 0) {
+                *concerned += 1;
+                *has_steps |= steps.len() > 1;
+            }
+        }
+    }
+
+    pub(crate) fn warnings(&self) -> Vec<Warning> {
+        let counted =
+            COUNTS.iter().zip(self.concerned).filter(|(_, (concerned, _))| *concerned > 0);
+        let warning = |(ElementCount { column, words, .. }, (concerned, steps)): (&_, _)| Warning {
+            words: format!("elements{} {words}", self.subject.of(concerned)),
+            filter: format!("{column} > 0"),
+            steps,
+        };
+        counted.map(warning).collect()
+    }
+}
+
+/// The doubts about stresses below the surface, which results are added to one by one.
+pub(crate) struct InteriorDoubts {
+    subject: Subject,
+    concerned: usize,
+    worst: Option<f64>,
+}
+
+impl InteriorDoubts {
+    pub(crate) fn new(subject: Subject) -> Self {
+        Self { subject, concerned: 0, worst: None }
+    }
+
+    pub(crate) fn add(&mut self, record: &Record) {
+        let outcome = record.outcome().filter(|_| record.is_certified());
+        let interior = outcome.and_then(|outcome| outcome.further.interior.as_ref());
         // What is not a number is not small.
-        (residual.is_nan() || residual > LARGE_RESIDUAL).then_some(residual)
-    };
-    let concerned: Vec<f64> = records.iter().filter_map(|record| residual(&record)).collect();
-    let worst = concerned.iter().copied().reduce(f64::max)?;
-    Some(Warning {
-        words: format!(
-            "stresses below the surface{} differ by up to {} between two ways to them: the \
-             foundation or the places are beyond what doubles resolve",
-            subject.of(concerned.len()),
-            percent(worst)
-        ),
-        filter: format!("interior_residual > {LARGE_RESIDUAL:e}"),
-        steps: false,
-    })
+        let is_large = |residual: &f64| residual.is_nan() || *residual > LARGE_RESIDUAL;
+        if let Some(residual) = interior.and_then(|interior| interior.residual).filter(is_large) {
+            self.concerned += 1;
+            self.worst = Some(self.worst.map_or(residual, |worst| worst.max(residual)));
+        }
+    }
+
+    pub(crate) fn warning(&self) -> Option<Warning> {
+        Some(Warning {
+            words: format!(
+                "stresses below the surface{} differ by up to {} between two ways to them: the \
+                 foundation or the places are beyond what doubles resolve",
+                self.subject.of(self.concerned),
+                percent(self.worst?)
+            ),
+            filter: format!("interior_residual > {LARGE_RESIDUAL:e}"),
+            steps: false,
+        })
+    }
 }
 
 fn steps_of(record: &Record) -> &[StepOutcome] {
@@ -144,15 +194,115 @@ pub(crate) fn of_estimates(
     subject: Subject,
     required: &RequiredError,
 ) -> Vec<Warning> {
-    let is_meant = |record: &&&Record| {
-        record.is_certified()
-            && end_of(record).is_some_and(|end| end.observables.contact_area > 0.0)
-    };
-    let meant: Vec<&&Record> = records.iter().filter(is_meant).collect();
-    let mut warnings = Vec::new();
-    warnings.extend(missing(&meant, subject, required));
-    warnings.extend(large(&meant, subject, required));
-    warnings
+    let mut doubts = EstimateDoubts::new(subject, *required);
+    records.iter().for_each(|record| doubts.add(record));
+    doubts.warnings()
+}
+
+/// The doubts about estimated errors, which results are added to one by one.
+pub(crate) struct EstimateDoubts {
+    subject: Subject,
+    required: RequiredError,
+    /// The number of results without an estimate.
+    missing: usize,
+    /// All results without an estimate are of coarse meshes.
+    are_coarse: bool,
+    /// The first result without an estimate has estimates of other figures.
+    has_others: bool,
+    /// The number of results whose estimates are above the limit.
+    large: usize,
+    /// The largest estimate above the limit of each figure.
+    worst: Vec<Option<f64>>,
+}
+
+impl EstimateDoubts {
+    pub(crate) fn new(subject: Subject, required: RequiredError) -> Self {
+        let worst = vec![None; required.figures().len()];
+        Self { subject, required, missing: 0, are_coarse: true, has_others: false, large: 0, worst }
+    }
+
+    pub(crate) fn add(&mut self, record: &Record) {
+        let end = end_of(record).filter(|end| end.observables.contact_area > 0.0);
+        let Some(end) = end.filter(|_| record.is_certified()) else { return };
+        let estimates = estimates(record);
+        let is_missing = match (&estimates, self.required.figure) {
+            (None, _) => true,
+            (Some(errors), Some(figure)) => error(errors, figure).is_none(),
+            (Some(_), None) => false,
+        };
+        if is_missing {
+            if self.missing == 0 {
+                self.has_others = estimates.is_some();
+            }
+            self.missing += 1;
+            self.are_coarse &= end.observables.mesh_x.min(end.observables.mesh_y) < FEWEST;
+        }
+        let Some(errors) = estimates else { return };
+        let mut is_large = false;
+        for (figure, worst) in self.required.figures().iter().zip(&mut self.worst) {
+            let above = error(&errors, figure).filter(|error| *error > self.required.limit);
+            is_large |= above.is_some();
+            *worst = match (*worst, above) {
+                (Some(worst), Some(above)) => Some(worst.max(above)),
+                (worst, above) => worst.or(above),
+            };
+        }
+        self.large += usize::from(is_large);
+    }
+
+    pub(crate) fn warnings(&self) -> Vec<Warning> {
+        self.missing_words().into_iter().chain(self.large_words()).collect()
+    }
+
+    fn missing_words(&self) -> Option<Warning> {
+        if self.missing == 0 {
+            return None;
+        }
+        let why = if self.are_coarse {
+            format!(": there are fewer than {FEWEST} elements along a side; give a finer `mesh`")
+        } else if self.has_others {
+            "; its limit may not be a number".to_owned()
+        } else {
+            ": half as many elements along each side did not do".to_owned()
+        };
+        let figure = self.required.figure;
+        let what = figure.map_or(String::new(), |figure| format!(" in the {}", noun(figure)));
+        let column = figure.unwrap_or("solver");
+        let of = self.subject.of(self.missing);
+        Some(Warning {
+            words: format!("no error{what}{of} is estimated{why}"),
+            filter: format!("status == \"certified\" && estimate_{column} == null"),
+            steps: false,
+        })
+    }
+
+    fn large_words(&self) -> Option<Warning> {
+        let figures = self.required.figures().iter().zip(&self.worst);
+        let worst: Vec<(&str, f64)> =
+            figures.filter_map(|(figure, worst)| Some((*figure, (*worst)?))).collect();
+        if worst.is_empty() {
+            return None;
+        }
+        let listed: Vec<String> = worst
+            .iter()
+            .map(|(figure, error)| format!("{} up to {}", noun(figure), percent(*error)))
+            .collect();
+        let limit = self.required.limit;
+        let conditions: Vec<String> =
+            worst.iter().map(|(figure, _)| format!("estimate_{figure} > {limit}")).collect();
+        let of = self.subject.of(self.large);
+        let is = percent(limit);
+        let (is, advice) = match self.required.figure {
+            Some(_) => (format!("the {is} asked for"), "a smaller `until`"),
+            None => (is, "a finer `mesh`"),
+        };
+        let words = format!(
+            "estimated errors{of} are above {is}: {}; give {advice}, or an `accuracy` in place of \
+             it",
+            listed.join(", ")
+        );
+        Some(Warning { words, filter: conditions.join(" || "), steps: false })
+    }
 }
 
 /// The results that a warning is about.
@@ -175,72 +325,8 @@ impl Subject {
     }
 }
 
-fn missing(records: &[&&Record], subject: Subject, required: &RequiredError) -> Option<Warning> {
-    let has_none = |record: &&&&Record| match (estimates(record), required.figure) {
-        (None, _) => true,
-        (Some(errors), Some(figure)) => error(&errors, figure).is_none(),
-        (Some(_), None) => false,
-    };
-    let concerned: Vec<&&&Record> = records.iter().filter(has_none).collect();
-    let first = concerned.first()?;
-    let is_coarse = |record: &&&&Record| {
-        let fewest = |end: &StepOutcome| end.observables.mesh_x.min(end.observables.mesh_y);
-        end_of(record).is_some_and(|end| fewest(end) < FEWEST)
-    };
-    let why = if concerned.iter().all(is_coarse) {
-        format!(": there are fewer than {FEWEST} elements along a side; give a finer `mesh`")
-    } else if estimates(first).is_some() {
-        "; its limit may not be a number".to_owned()
-    } else {
-        ": half as many elements along each side did not do".to_owned()
-    };
-    let what = required.figure.map_or(String::new(), |figure| format!(" in the {}", noun(figure)));
-    let column = required.figure.unwrap_or("solver");
-    Some(Warning {
-        words: format!("no error{what}{} is estimated{why}", subject.of(concerned.len())),
-        filter: format!("status == \"certified\" && estimate_{column} == null"),
-        steps: false,
-    })
-}
-
 /// The number of elements along a side below which there is no estimate.
 const FEWEST: u64 = 4;
-
-fn large(records: &[&&Record], subject: Subject, required: &RequiredError) -> Option<Warning> {
-    let above = |record: &Record, figure: &str| {
-        estimates(record).and_then(|errors| error(&errors, figure)).filter(|e| *e > required.limit)
-    };
-    let figures = required.figures();
-    let concerned = records
-        .iter()
-        .filter(|record| figures.iter().any(|figure| above(record, figure).is_some()));
-    let count = concerned.count();
-    let worst = |figure: &&'static str| {
-        let largest = records.iter().filter_map(|record| above(record, figure)).reduce(f64::max)?;
-        Some((*figure, largest))
-    };
-    let worst: Vec<(&str, f64)> = figures.iter().filter_map(worst).collect();
-    if worst.is_empty() {
-        return None;
-    }
-    let listed: Vec<String> = worst
-        .iter()
-        .map(|(figure, error)| format!("{} up to {}", noun(figure), percent(*error)))
-        .collect();
-    let conditions: Vec<String> =
-        worst.iter().map(|(figure, _)| format!("estimate_{figure} > {}", required.limit)).collect();
-    let of = subject.of(count);
-    let is = percent(required.limit);
-    let (is, advice) = match required.figure {
-        Some(_) => (format!("the {is} asked for"), "a smaller `until`"),
-        None => (is, "a finer `mesh`"),
-    };
-    let words = format!(
-        "estimated errors{of} are above {is}: {}; give {advice}, or an `accuracy` in place of it",
-        listed.join(", ")
-    );
-    Some(Warning { words, filter: conditions.join(" || "), steps: false })
-}
 
 /// Returns the estimated errors of a result.
 fn estimates(record: &Record) -> Option<FigureErrors> {

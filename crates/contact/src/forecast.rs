@@ -25,8 +25,8 @@ pub struct Forecast {
     pub unknowns: usize,
     /// The time on a processor of about 2020, within a factor of a few \[s\].
     pub seconds: f64,
-    /// The part of the time that the operator takes \[s\]. Of jobs that share one, and that a worker
-    /// does one after another, only the first takes it.
+    /// The part of the time that the operator takes \[s\]. Of jobs that share one, and that a
+    /// worker does one after another, only the first takes it.
     pub assembly: f64,
     /// The memory for operator and fields \[bytes\].
     pub memory: u64,
@@ -97,7 +97,12 @@ pub fn forecast(
         }
     };
     let rolled = if effects.has(Effect::Rolling) { rolled.len() as f64 } else { 0.0 };
-    let assembly = if bodies.layers.is_some() { 0.02 + 2e-6 * elements } else { 4e-7 * elements };
+    // The coefficients and their symbols (measured over the sweeps, from 8² to 128²).
+    let is_layered = bodies.layers.is_some();
+    let assembly = match is_layered {
+        true => 8e-3 + 3.5e-6 * elements,
+        false => 5e-4 + 3e-7 * elements,
+    };
     let seconds = match method {
         // There are 3 ns per pair of a receiver and a source in contact, and about
         // 0.3·log₁₀(1/tolerance)·√k sweeps (measured on spheres and disks).
@@ -109,9 +114,10 @@ pub fn forecast(
                 * numerics.tolerance.log10().abs()
                 * elements.sqrt()
         }
-        // There are 42 applications and as many preconditionings, which together take 0.1 µs for
-        // each unknown (measured on spheres up to 256² and on a wheel up to 160 × 206).
-        Method::Newton | Method::Auto => 42.0 * 1e-7 * unknowns as f64,
+        // There are 42 applications and as many preconditionings, which together take 0.055 µs for
+        // each unknown (measured on spheres up to 256², on a wheel up to 160 × 206, and over the
+        // sweeps).
+        Method::Newton | Method::Auto => 42.0 * 5.5e-8 * unknowns as f64,
     };
     // An increment that rolls takes so many times as long as another. On its way a path begins each
     // increment with what the one before has left (measured from 32² to 256² on like and unlike
@@ -133,7 +139,7 @@ pub fn forecast(
         .map_or(Default::default(), |question| forecast_interior(scene, question, &layout));
     // To place a wheel on its rail takes as long as some thousand elements take to solve.
     let set_up = match scene.punch.shape {
-        Shape::WheelOnRail(_) => 8e-3 + 3e-7 * elements,
+        Shape::WheelOnRail(_) => 4e-3 + 1.5e-7 * elements,
         _ => 0.0,
     };
     // The memory holds table and symbols of the certificate's operator and of the solver's, a dozen
@@ -156,8 +162,11 @@ pub fn forecast(
     };
     let memory = memory + 56.0 * pixels as f64;
     let memory = memory + interior.bytes;
+    // In layers the certificate of what rolls takes about as long as another table, in each job
+    // anew (measured on 40²).
+    let rolled_again = if is_layered { assembly * rolled } else { 0.0 };
     let assembly = assembly * (1.0 + rolled);
-    let seconds = interior.seconds + set_up + assembly + seconds * solves + 1e-4;
+    let seconds = interior.seconds + set_up + assembly + rolled_again + seconds * solves + 2.5e-4;
     Ok(Forecast {
         elements: [layout.nx, layout.ny],
         increments,
@@ -216,10 +225,10 @@ fn forecast_interior(
 }
 
 /// The seconds per element of a plane, per loaded element of a point, and for a depth.
-const PLANE_IN_HALF_SPACE: [f64; 3] = [2e-6, 5e-7, 0.0];
+const PLANE_IN_HALF_SPACE: [f64; 3] = [1.1e-6, 2.7e-7, 0.0];
 
 /// The seconds per element of a plane, per loaded element of a point, and for a depth, in layers.
-const PLANE_IN_LAYERS: [f64; 3] = [8e-6, 6e-6, 0.05];
+const PLANE_IN_LAYERS: [f64; 3] = [4.4e-6, 3.3e-6, 0.027];
 
 /// Forecasts a search for every solution of a scene.
 ///
@@ -248,9 +257,9 @@ pub fn forecast_search(
             &expected,
         ));
     }
-    // A dense matrix of 3k rows is factored for most starts.
+    // A dense matrix of 3k rows is factored for most starts (measured on 2² and 4²).
     let rows = 3.0 * k as f64;
-    let each = 1e-9 * rows.powi(3) + 3e-6 * rows;
+    let each = 1e-9 * rows.powi(3) + 3e-7 * rows + 4.5e-5;
     let searched = 4.0 * (f64::from(search.starts) + 20.0) * each;
     Ok(Forecast {
         elements,
@@ -303,10 +312,13 @@ pub fn forecast_bracket(
     let waves = if nx == ny { 12.0 } else { 18.0 };
     let stripes = waves * if k <= 16.0 { newton } else { 0.035 * k.min(64.0) };
     let kept = if k > 100.0 { 0.02 * k * f64::from(search.kept.max(1)) } else { 0.0 };
+    // These figures are older than the method. Over the sweeps jobs took 0.06 to 0.31 of them
+    // (measured from 2² to 16²).
+    let searched = 0.15 * (0.02 + random * newton + stripes + kept);
     // Cases grow in number with the elements, and each takes longer (3 × 3 and 4 × 4 elements took
     // 2 s and 50 s on a machine shared with other work).
     let cases = if search.cases { 0.03 * 1.58_f64.powf(k.min(16.0)) } else { 0.0 };
-    let seconds = 0.02 + random * newton + stripes + kept + cases;
+    let seconds = searched + cases;
     // The matrices are the four blocks of the two mirror planes, with a form and its factor for
     // each of two threads. There are none if the blocks are too large to factor.
     let block = 0.75 * k;

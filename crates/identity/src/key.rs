@@ -13,11 +13,34 @@ impl JobKey {
     /// Computes the key of a job: the BLAKE3 digest of the version of the physics and the canonical
     /// text.
     pub fn of(physics: u32, canonical: &str) -> JobKey {
+        let mut hasher = JobKeyHasher::new(physics);
+        hasher.update(canonical);
+        hasher.key()
+    }
+}
+
+/// Computes the key of a job whose canonical text comes in pieces. A clone goes on from what both
+/// have in common, which is then hashed once.
+#[derive(Clone, Debug)]
+pub struct JobKeyHasher(blake3::Hasher);
+
+impl JobKeyHasher {
+    /// Begins a key with the version of the physics.
+    pub fn new(physics: u32) -> JobKeyHasher {
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"tribosweep job ");
         hasher.update(&physics.to_le_bytes());
-        hasher.update(canonical.as_bytes());
-        JobKey(*hasher.finalize().as_bytes())
+        JobKeyHasher(hasher)
+    }
+
+    /// Adds the next piece of the canonical text.
+    pub fn update(&mut self, piece: &str) {
+        self.0.update(piece.as_bytes());
+    }
+
+    /// Returns the key of the job whose text was added.
+    pub fn key(&self) -> JobKey {
+        JobKey(*self.0.finalize().as_bytes())
     }
 }
 
@@ -69,5 +92,12 @@ mod tests {
         assert_eq!(key, JobKey::of(3, "a job"));
         assert_ne!(key, JobKey::of(4, "a job"));
         assert_ne!(key, JobKey::of(3, "another job"));
+        let mut hasher = JobKeyHasher::new(3);
+        hasher.update("a ");
+        let mut other = hasher.clone();
+        hasher.update("job");
+        other.update("j");
+        assert_eq!(hasher.key(), key);
+        assert_eq!(other.key(), JobKey::of(3, "a j"));
     }
 }

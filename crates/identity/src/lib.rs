@@ -16,4 +16,4 @@ mod kept;
 mod key;
 
 pub use kept::{KeptFields, STORED_LIMIT};
-pub use key::{JobKey, ParseKeyError};
+pub use key::{JobKey, JobKeyHasher, ParseKeyError};

@@ -12,7 +12,7 @@ use crate::interrupt::Interrupt;
 use crate::ledger::Ledger;
 use crate::options::Options;
 use crate::protocol::{Assignment, Reply};
-use crate::task::Task;
+use crate::task::{Payload, Task};
 use crate::transport::Transport;
 
 /// The outcome of a run.
@@ -40,8 +40,8 @@ pub struct Summary {
 }
 
 /// Runs the tasks over a transport, as [`crate::run`] does over shared memory.
-pub(crate) fn drive(
-    tasks: &[Task],
+pub(crate) fn drive<P: Payload>(
+    tasks: &[Task<P>],
     ledger: &mut dyn Ledger,
     options: &Options,
     transport: &mut impl Transport,
@@ -66,12 +66,18 @@ pub(crate) fn drive(
                 }),
                 Action::Kill(worker) => transport.kill(worker),
                 Action::Assign(worker, jobs) => {
-                    let payload = |(lease, job): (_, usize)| Assignment {
-                        lease,
-                        payload: tasks[job].payload.as_slice(),
-                    };
-                    transport
-                        .reply(worker, Reply::Jobs(jobs.into_iter().map(payload).collect()))?;
+                    let bytes = |(_, job): &(_, usize)| tasks[*job].payload.bytes();
+                    let payloads: Vec<_> = jobs
+                        .iter()
+                        .map(bytes)
+                        .collect::<Result<_, _>>()
+                        .map_err(RunError::Payload)?;
+                    let assigned = jobs.iter().zip(&payloads);
+                    let assigned = assigned.map(|((lease, _), payload)| Assignment {
+                        lease: *lease,
+                        payload: &**payload,
+                    });
+                    transport.reply(worker, Reply::Jobs(assigned.collect()))?;
                 }
                 Action::Dismiss(worker) => transport.reply(worker, Reply::Stop)?,
                 Action::Commit(done) => {

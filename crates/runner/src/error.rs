@@ -57,6 +57,9 @@ pub enum RunError {
         /// The failure of the last worker that was tried.
         reason: String,
     },
+    /// The bytes of a job cannot be made.
+    #[error("a job cannot be handed over")]
+    Payload(#[source] Box<dyn Error + Send + Sync>),
     /// The ledger did not take results.
     #[error("results could not be kept")]
     Ledger(#[source] Box<dyn Error + Send + Sync>),

@@ -19,6 +19,8 @@ pub enum Verdict {
 /// A job that ended for good.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Done {
+    /// The index of the job among the tasks of the run.
+    pub task: usize,
     /// The key of the job.
     pub key: JobKey,
     /// The final result of the job.

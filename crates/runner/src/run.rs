@@ -10,7 +10,7 @@ use crate::limits::{Room, room};
 use crate::options::Options;
 use crate::root::sweep_leftovers;
 use crate::signals::explain_missing_memory;
-use crate::task::Task;
+use crate::task::{Payload, Task};
 
 /// Runs the tasks in worker processes until each is done or set aside, or until `interrupt` is
 /// raised.
@@ -21,8 +21,8 @@ use crate::task::Task;
 ///
 /// # Errors
 /// [`RunError`] if the run could not go on. Results committed before stay committed.
-pub fn run(
-    tasks: Vec<Task>,
+pub fn run<P: Payload>(
+    tasks: Vec<Task<P>>,
     ledger: &mut dyn Ledger,
     options: &Options,
     interrupt: &Interrupt,

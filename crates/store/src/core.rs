@@ -13,6 +13,7 @@ use crate::blob::Blobs;
 use crate::database::{self, Fault, LOG, RECORDS};
 use crate::durable;
 use crate::error::{OpenError, WriteError};
+use crate::kept::OpenWords;
 use crate::lock::{self, Acquired, Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
 use crate::record;
@@ -82,6 +83,8 @@ pub(crate) struct Core {
     manifest: Mutex<Manifest>,
     /// The time at which a commit last raised the promise of the manifest.
     raised: Mutex<Option<Instant>>,
+    // The words about studies are dropped, and so written, after the database was closed.
+    pub(crate) kept: OpenWords,
     // The lock is dropped last, unless somebody goes on holding it.
     pub(crate) lock: Arc<Lock>,
 }
@@ -104,6 +107,7 @@ impl Core {
         let path = directory.join(RECORDS);
         finish_salvage(directory).map_err(io("clear away an unfinished salvage in"))?;
         require_log(directory, &manifest)?;
+        let kept = OpenWords::take(directory).map_err(io("clear"))?;
         // sled enlarges and rewrites its files when it opens them.
         WriteError::require_space(directory, 0)?;
         let failed = |fault: Fault| match fault {
@@ -129,6 +133,7 @@ impl Core {
             records,
             manifest: Mutex::new(manifest),
             raised: Mutex::new(None),
+            kept,
             lock: Arc::new(lock),
         };
         core.records.database.sync().map_err(failed)?;
@@ -140,6 +145,7 @@ impl Core {
             core.promise(&mut manifest, found)?;
         }
         drop(manifest);
+        core.kept.opened();
         Ok(core)
     }
 
@@ -185,6 +191,10 @@ impl Core {
             return Ok(());
         }
         let mut manifest = self.manifest();
+        match records.iter().any(|(key, _)| self.records.contains(key)) {
+            true => self.kept.forget(),
+            false => self.kept.records_come(),
+        }
         self.writable(records.iter().map(|(_, record)| record.as_ref().len() as u64).sum())?;
         self.records.database.insert(
             records.iter().map(|(key, record)| (key, record::seal(key, record.as_ref()))),
@@ -209,6 +219,7 @@ impl Core {
         if present.is_empty() {
             return Ok(0);
         }
+        self.kept.forget();
         self.writable(0)?;
         // The promise is lowered first, so that a kill between the two does not look like a loss.
         let left = (self.records.index().len() - present.len()) as u64;

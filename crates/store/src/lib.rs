@@ -58,6 +58,8 @@ mod export;
 mod exports;
 mod flat;
 mod frame;
+mod glance;
+mod kept;
 mod lock;
 mod manifest;
 mod mark;
@@ -74,6 +76,7 @@ mod sealed;
 mod serve;
 mod sorted;
 mod store;
+mod traces;
 mod verify;
 mod volume;
 mod wire;
@@ -84,6 +87,8 @@ pub use digest::{Digest, ParseDigestError};
 pub use error::{OpenError, ReadError, WriteError};
 pub use export::{ExportError, ExportWriter};
 pub use exports::{ExportHeader, ExportSummary, SHARD_LIMIT, ShardName, ShardState};
+pub use glance::Glance;
+pub use kept::KeptWords;
 pub use manifest::StudyLabels;
 pub use merge::{
     MergeError, MergeReport, MergeSelection, RecordConflict, merge_into_export, require_mergeable,

@@ -9,22 +9,18 @@
 
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::os::unix::fs::MetadataExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::thread;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use crate::access::{self, Wanted};
 use crate::core::{read_manifest, require_log, require_promised};
-use crate::database::{self, Fault, LARGE, RECORDS};
+use crate::database::{Fault, LARGE, RECORDS};
 use crate::error::OpenError;
 use crate::flat::FlatRecords;
 use crate::manifest::Manifest;
 use crate::scratch::{ScratchDirectory, ScratchError};
-
-/// The age from which on a file is known to have changed if it changes again: the clock of a file
-/// system moves in steps of a few milliseconds.
-const SETTLED: Duration = Duration::from_millis(20);
+use crate::traces::{SETTLED, Trace, Traces};
 
 /// The time for which a copy is sought during which nothing changed.
 const QUIET_PATIENCE: Duration = Duration::from_secs(1);
@@ -99,8 +95,7 @@ impl Replica {
 
     /// Returns true if nothing has changed in the store in `directory` since it was copied.
     pub(crate) fn is_current(&self, directory: &Path) -> bool {
-        let is_same =
-            |then: &Traces| Traces::of(directory).is_ok_and(|now| now.files == then.files);
+        let is_same = |then: &Traces| Traces::of(directory).is_ok_and(|now| now.is_same(then));
         self.traces.as_ref().is_some_and(is_same)
     }
 
@@ -176,78 +171,5 @@ fn copy_file(from: &Path, to: &Path) -> Result<(), CopyError> {
         Ok(_) => Ok(()),
         Err(error) if access::is_damage(&error) => Err(read(error)),
         Err(error) => Err(CopyError::of_copy(to, error)),
-    }
-}
-
-/// The marks that changes leave on the files of a database.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Traces {
-    files: Vec<Trace>,
-    /// True if every change of a file from now on will show in these marks.
-    tell_changes: bool,
-}
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Trace {
-    /// The path of the file below the directory of the database.
-    name: PathBuf,
-    inode: u64,
-    bytes: u64,
-    /// The time of the last change, since 1970-01-01 UTC.
-    changed: Duration,
-}
-
-impl Traces {
-    fn of(directory: &Path) -> Result<Self, OpenError> {
-        let path = directory.join(RECORDS);
-        let refused = |source| OpenError::io("read", Wanted::Read, &path, source);
-        let mut files = Vec::new();
-        let names = match database::own_files(&path) {
-            Ok(names) => names.into_iter().map(PathBuf::from).collect(),
-            // The manifest is older than the database.
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Err(error) if access::is_damage(&error) => Vec::new(),
-            Err(error) => return Err(refused(error)),
-        };
-        let mut large = match fs::read_dir(path.join(LARGE)) {
-            Ok(entries) => entries
-                .map(|entry| entry.map(|entry| Path::new(LARGE).join(entry.file_name())))
-                .collect::<io::Result<Vec<_>>>()
-                .map_err(refused)?,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Err(error) if access::is_damage(&error) => Vec::new(),
-            Err(error) => return Err(refused(error)),
-        };
-        large.sort();
-        let mut newest = Duration::ZERO;
-        for name in names.into_iter().chain(large) {
-            // A file that has disappeared is missing from the next list too.
-            let Ok(found) = fs::metadata(path.join(&name)) else { continue };
-            let seconds = found.mtime().max(0).cast_unsigned();
-            let nanoseconds = u32::try_from(found.mtime_nsec()).unwrap_or(0);
-            let changed = Duration::new(seconds, nanoseconds);
-            newest = newest.max(changed);
-            files.push(Trace { name, inode: found.ino(), bytes: found.len(), changed });
-        }
-        // A time in the future differs from that of any change now.
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let tell_changes = now.abs_diff(newest) > SETTLED;
-        Ok(Traces { files, tell_changes })
-    }
-
-    /// Returns the traces as soon as they would tell of changes, or those of a store that is being
-    /// written to.
-    fn settled(directory: &Path) -> Result<Self, OpenError> {
-        let traces = Self::of(directory)?;
-        if traces.tell_changes {
-            return Ok(traces);
-        }
-        thread::sleep(SETTLED + SETTLED / 2);
-        Self::of(directory)
-    }
-
-    /// Returns the size of all files together \[bytes\].
-    fn bytes(&self) -> u64 {
-        self.files.iter().fold(0, |sum, file| sum.saturating_add(file.bytes))
     }
 }

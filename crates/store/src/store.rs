@@ -14,6 +14,7 @@ use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
 use crate::exports;
+use crate::kept::{self, KeptWords};
 use crate::lock::{self, Holder, Lock};
 use crate::manifest::{Manifest, StudyLabels};
 use crate::parts;
@@ -279,6 +280,26 @@ impl Store {
             return Ok(());
         }
         self.core.replace(&mut manifest, next)
+    }
+
+    /// Keeps words about a study. A [`Glance`](crate::Glance) at the store shows them until records
+    /// come that may change what they say.
+    pub fn keep_words(&self, study: &str, words: KeptWords) {
+        self.core.kept.set(study, words);
+    }
+
+    /// Forgets the words that are kept about all studies.
+    ///
+    /// # Errors
+    /// [`OpenError`] if the store cannot be locked or written.
+    pub fn forget_words(directory: &Path) -> Result<(), OpenError> {
+        let listening = Listening::bind().map_err(|source| {
+            OpenError::io("open a socket for", Wanted::Write, directory, source)
+        })?;
+        let holder = Holder::this_process(Some(listening.address.clone()), false);
+        let _lock = lock_for_writing(directory, &holder)?;
+        kept::remove(directory)
+            .map_err(|source| OpenError::io("write to", Wanted::Write, directory, source))
     }
 
     pub(crate) fn core(&self) -> &Core {

@@ -48,9 +48,13 @@ use crate::sheet::{Given, Setting, Sheet};
 use crate::units::Compact;
 use crate::value::Value;
 
-/// The largest number of points of one study, and of the values of all its axes. A plan takes 3 kB
-/// for each point and a run 10 kB, as measured.
+/// The largest number of points that are in memory at a time, and of the values of all axes of a
+/// study.
 pub(crate) const MAX_POINTS: usize = 200_000;
+
+/// The largest number of points of one run. They must be those of the axes alone: what is drawn,
+/// chosen, left out by a condition or compared is in memory.
+pub(crate) const MAX_RUN_POINTS: usize = 1_000_000;
 
 /// The largest number of shards of a study.
 pub(crate) const MAX_SHARDS: u32 = 65_536;

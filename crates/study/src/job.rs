@@ -135,6 +135,33 @@ impl Job {
         serde_json::to_string(&job).expect("a job is plain data with finite numbers")
     }
 
+    /// Returns the [canonical](Job::canonical) text of a job that solves a scene once, cut into the
+    /// [parts](TextPart) that different keys make; `None` for other jobs.
+    pub(crate) fn text_parts(&self) -> Option<[String; TextPart::COUNT]> {
+        let Job::Solve(case) = self else { return None };
+        let mut case = case.clone();
+        case.normalise();
+        let WrittenCase { scene, interior, numerics } = case.into();
+        let Scene { foundation, punch, friction, wear, domain, loading, interior: _ } = &scene;
+        let mut texts = [const { String::new() }; TextPart::COUNT];
+        let mut add = |part: TextPart, name: &str, value: Option<String>| {
+            if let Some(value) = value {
+                texts[part as usize] += name;
+                texts[part as usize] += &value;
+            }
+        };
+        let closed = |value: Option<String>| value.map(|value| value + "}");
+        add(TextPart::Foundation, r#"{"kind":"solve","scene":{"foundation":"#, json(foundation));
+        add(TextPart::Punch, r#","punch":"#, json(punch));
+        add(TextPart::Surface, r#","friction":"#, json(friction));
+        add(TextPart::Surface, r#","wear":"#, wear.as_ref().and_then(json));
+        add(TextPart::Domain, r#","domain":"#, domain.as_ref().and_then(json));
+        add(TextPart::Loading, r#","loading":"#, closed(json(loading)));
+        add(TextPart::Interior, r#","interior":"#, interior.as_ref().and_then(json));
+        add(TextPart::Numerics, r#","numerics":"#, closed(json(&numerics)));
+        Some(texts)
+    }
+
     /// Returns the scene of a job that solves one, once or often, as it stands in the job's
     /// [canonical](Job::canonical) text; `None` for other jobs.
     pub fn scene_text(&self) -> Option<String> {
@@ -190,6 +217,55 @@ impl Job {
             }
         }
     }
+}
+
+/// A part of the canonical text of a job that solves a scene, in the order of the text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TextPart {
+    Foundation,
+    Punch,
+    /// The friction and the wear.
+    Surface,
+    Domain,
+    Loading,
+    Interior,
+    Numerics,
+}
+
+impl TextPart {
+    /// The number of parts.
+    pub(crate) const COUNT: usize = 7;
+
+    /// Every part, in the order of the text.
+    pub(crate) const ALL: [TextPart; Self::COUNT] = [
+        TextPart::Foundation,
+        TextPart::Punch,
+        TextPart::Surface,
+        TextPart::Domain,
+        TextPart::Loading,
+        TextPart::Interior,
+        TextPart::Numerics,
+    ];
+
+    /// Returns the parts that the keys make whose paths begin with a pattern. What goes without
+    /// saying on the loading path depends on the punch as well, for a wheelset may move.
+    pub(crate) fn of_pattern(pattern: &str) -> &'static [TextPart] {
+        let names = pattern.strip_prefix("scene.").unwrap_or(pattern);
+        match names.split(['.', '[']).next() {
+            Some("foundation") => &[TextPart::Foundation],
+            Some("punch") => &[TextPart::Punch, TextPart::Loading],
+            Some("friction" | "wear") => &[TextPart::Surface],
+            Some("domain") => &[TextPart::Domain],
+            Some("loading") => &[TextPart::Loading],
+            Some("interior") => &[TextPart::Interior],
+            Some("numerics") => &[TextPart::Numerics],
+            _ => &TextPart::ALL,
+        }
+    }
+}
+
+fn json(value: &impl Serialize) -> Option<String> {
+    Some(serde_json::to_string(value).expect("a job is plain data with finite numbers"))
 }
 
 impl Case {

@@ -5,7 +5,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::adaptive::{self, Adaptive};
 use crate::assemble::HEIGHT_MAP;
-use crate::axis::{self, Group, MAX_POINTS};
+use crate::axis::{self, Group, MAX_POINTS, MAX_RUN_POINTS, MAX_SHARDED_POINTS};
 use crate::bounds::{ANY, inside};
 use crate::columns;
 use crate::derivation::{self, Derivation};
@@ -97,6 +97,9 @@ fn names() -> Vec<&'static str> {
     names
 }
 
+/// A question whether all points of a study were found to make sense before.
+pub type IsKnown<'a> = &'a mut dyn FnMut(&Study) -> bool;
+
 impl Study {
     /// Reads a study's text. `path` is for messages. `files` reads a file that the study names (a
     /// height map), with the name as the study writes it, or a stored surface by its hash.
@@ -105,7 +108,24 @@ impl Study {
     ///
     /// Returns every mistake in the text, with its place.
     pub fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, StudyError> {
-        parse(text, path, files, false).map_err(|mistakes| StudyError::new(path, text, mistakes))
+        Study::parse_known(text, path, files, &mut |_| false)
+    }
+
+    /// Reads a study's text like [`parse`](Study::parse), but assembles no job to check it if the
+    /// study `is_known`: this version of the program has found before that all its points make
+    /// sense. What is asked about the study may be its name and its definition.
+    ///
+    /// # Errors
+    ///
+    /// Returns every mistake in the text, with its place.
+    pub fn parse_known(
+        text: &str,
+        path: &str,
+        files: &mut ReadFile<'_>,
+        is_known: IsKnown<'_>,
+    ) -> Result<Study, StudyError> {
+        parse(text, path, files, false, is_known)
+            .map_err(|mistakes| StudyError::new(path, text, mistakes))
     }
 
     /// Reads the text of a study that is run in shards, like [`parse`](Study::parse). It may have
@@ -120,7 +140,8 @@ impl Study {
         path: &str,
         files: &mut ReadFile<'_>,
     ) -> Result<Study, StudyError> {
-        parse(text, path, files, true).map_err(|mistakes| StudyError::new(path, text, mistakes))
+        parse(text, path, files, true, &mut |_| false)
+            .map_err(|mistakes| StudyError::new(path, text, mistakes))
     }
 
     /// Reads the height maps and profiles that any point needs, each once.
@@ -216,15 +237,16 @@ impl Study {
         if mistakes.is_empty() { Ok(()) } else { Err(mistakes) }
     }
 
-    /// Assembles every point. If one cannot be assembled, it goes along each axis with the others
-    /// at their first value, which reports each bad value once.
-    fn check(&self) -> Result<(), Vec<Mistake>> {
+    /// Assembles every point of a study that is taken as a `whole`. If one cannot be assembled, it
+    /// goes along each axis with the others at their first value, which reports each bad value
+    /// once.
+    fn check(&self, whole: bool) -> Result<(), Vec<Mistake>> {
         let check = |index| self.job(&axis::steps(&self.groups, index)).err();
-        let first = match self.is_listed() {
+        let first = match whole {
             true => self.indices().collect::<Vec<_>>().into_par_iter().find_map_first(check),
             false => None,
         };
-        if self.is_listed() && first.is_none() {
+        if whole && first.is_none() {
             return Ok(());
         }
         let mut mistakes = Vec::new();
@@ -276,6 +298,7 @@ fn parse(
     path: &str,
     files: &mut ReadFile<'_>,
     shards: bool,
+    is_known: IsKnown<'_>,
 ) -> Result<Study, Vec<Mistake>> {
     // Only the first error is asked for: what follows is mostly its echo, and may be very much.
     let root = DeTable::parse(text).map_err(|error| {
@@ -326,13 +349,13 @@ fn parse(
     let mut kind_table = kind.read_table(&root, &groups, &mut mistakes);
     if mistakes.is_empty() {
         kind.arrange(&root, &adaptive::RULES, &kind_table, &mut groups, &mut mistakes);
-        mistakes.extend(sweep::too_many_points(&groups, shards));
+        mistakes.extend(sweep::too_many_points(&groups, most_points(&groups, shards)));
     }
     let before = mistakes.len();
     sweep::refuse_absent(&groups, &base, &mut mistakes);
     sweep::refuse_alternatives(&groups, &base, &mut mistakes);
     // Those of a shard are counted when it is taken.
-    let known = axis::count(&groups).filter(|points| *points <= MAX_POINTS).unwrap_or(0);
+    let known = axis::count(&groups).filter(|points| *points <= MAX_RUN_POINTS).unwrap_or(0);
     let points = if shards { 1 } else { known };
     mistakes.extend(sweep::too_many_entries(&groups, &base, points));
     if mistakes.len() > before {
@@ -384,6 +407,7 @@ fn parse(
         exclusion,
         excluded: 0,
         remarks,
+        is_checked: false,
         groups,
         base,
         derivation,
@@ -392,13 +416,22 @@ fn parse(
         path: path.to_owned(),
         text: text.to_owned(),
     };
+    if !shards && !study.is_one_run() {
+        // What the study draws, chooses, leaves out or compares is known now.
+        let most = study.most_points();
+        return Err(sweep::too_many_points(&study.groups, most).into_iter().collect());
+    }
     let unreadable = study.read_surfaces(files);
     if !unreadable.is_empty() {
         return Err(unreadable);
     }
     study.leave_out().map_err(|mistake| vec![mistake])?;
     study.check_reach()?;
-    study.check()?;
+    let is_whole = study.is_listed() || !shards;
+    if !(is_whole && is_known(&study)) {
+        study.check(is_whole)?;
+    }
+    study.is_checked = is_whole;
     study.suggestions = match &figures {
         Some(_) => Vec::new(),
         None => {
@@ -436,9 +469,19 @@ fn read_groups(
     groups.extend(sample);
     sweep::refuse_overlaps(&groups, mistakes);
     if mistakes.len() == before {
-        mistakes.extend(sweep::too_many_points(&groups, shards));
+        mistakes.extend(sweep::too_many_points(&groups, most_points(&groups, shards)));
     }
     groups
+}
+
+/// Returns the largest number of points that groups may make, as far as they say. One that is run
+/// in `shards` may have more than one run takes.
+fn most_points(groups: &[Group], shards: bool) -> usize {
+    match groups.iter().any(|group| group.design.is_some()) {
+        _ if shards => MAX_SHARDED_POINTS,
+        true => MAX_POINTS,
+        false => MAX_RUN_POINTS,
+    }
 }
 
 /// Refuses a condition over a key whose values the study chooses by its results: what it leaves out

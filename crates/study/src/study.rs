@@ -40,7 +40,7 @@ use contact::punch::Surfaces;
 use crate::adaptive::Adaptive;
 use crate::assemble::locate;
 use crate::axis;
-use crate::axis::{Group, MAX_POINTS, MAX_SHARDS, SweepAxis};
+use crate::axis::{Group, MAX_POINTS, MAX_RUN_POINTS, MAX_SHARDS, SweepAxis};
 use crate::columns::Column;
 use crate::derivation::Derivation;
 use crate::design::SamplingMethod;
@@ -61,6 +61,9 @@ use crate::value::Value;
 
 /// The largest number of points that are listed at a time.
 pub const MOST_POINTS: usize = MAX_POINTS;
+
+/// The largest number of points of one run.
+pub const MOST_RUN_POINTS: usize = MAX_RUN_POINTS;
 
 /// The largest number of shards in which a study is run.
 pub const MOST_SHARDS: u32 = MAX_SHARDS;
@@ -89,6 +92,8 @@ pub struct Study {
     pub(crate) excluded: usize,
     /// The remarks on what the file says without effect.
     pub(crate) remarks: Vec<String>,
+    /// Every point is known to make sense.
+    pub(crate) is_checked: bool,
     pub(crate) files: StudyFiles,
     pub(crate) path: String,
     pub(crate) text: String,
@@ -394,6 +399,36 @@ impl Study {
         self.points <= MAX_POINTS
     }
 
+    /// Returns true if the study is no larger than one run takes.
+    pub fn is_one_run(&self) -> bool {
+        self.points <= self.most_points()
+    }
+
+    /// Returns whether each point depends on nothing but the axes: no result is compared with
+    /// another, and none says which points there are.
+    pub fn is_plain(&self) -> bool {
+        self.kind == Kind::Solve
+            && self.adaptive.is_none()
+            && self.exclusion.is_none()
+            && self.sample().is_none()
+    }
+
+    /// Returns the largest number of points that the study may have in one run.
+    pub(crate) fn most_points(&self) -> usize {
+        if self.is_plain() { MAX_RUN_POINTS } else { MAX_POINTS }
+    }
+
+    /// Returns whether every point is known to make sense. Of a study that is larger than one run
+    /// takes, those of a part are.
+    pub fn is_checked(&self) -> bool {
+        self.is_checked
+    }
+
+    /// Returns the number of the points of this part of the study, or of all.
+    pub fn point_count(&self) -> usize {
+        self.part.as_ref().map_or(self.points, |part| part.len())
+    }
+
     /// Returns the indices of the points of this part of the study, or of all.
     pub fn indices(&self) -> impl Iterator<Item = usize> + '_ {
         let all = if self.part.is_none() { 0..self.points } else { 0..0 };
@@ -440,7 +475,7 @@ impl Study {
     /// # Errors
     /// Too many points, or points with too many load steps and layers, at the place of an axis.
     pub fn require_listed(&self) -> Result<(), StudyError> {
-        let mistake = sweep::too_many_points(&self.groups, false)
+        let mistake = sweep::too_many_points(&self.groups, self.most_points())
             .or_else(|| too_many_entries(&self.groups, &self.base, self.points));
         let refused = |mistake| StudyError::new(&self.path, &self.text, vec![mistake]);
         mistake.map_or(Ok(()), |mistake| Err(refused(mistake)))
@@ -493,7 +528,7 @@ impl Study {
         {
             return Err(refused(mistakes));
         }
-        Ok(Study { part: Some(indices.into()), excluded, ..self.clone() })
+        Ok(Study { part: Some(indices.into()), excluded, is_checked: true, ..self.clone() })
     }
 
     /// Returns what the conditions decide about the point with an index.

@@ -3,7 +3,7 @@
 
 use toml::de::DeValue;
 
-use crate::axis::{Choice, Group, MAX_POINTS, MAX_SHARDED_POINTS, SweepAxis, Target, count};
+use crate::axis::{Choice, Group, MAX_POINTS, SweepAxis, Target, count};
 use crate::bounds::ANY;
 use crate::error::{Mistake, Span, are_enough};
 use crate::fallback::Fallback::{Follows, Needed};
@@ -108,10 +108,8 @@ pub(crate) fn read_blocks<'i>(
     if mistakes.len() > before { None } else { join(&read, base, mistakes) }
 }
 
-/// Returns the mistake of groups that make more points than a study may have. One that is run in
-/// `shards` may have more than one run takes.
-pub(crate) fn too_many_points(groups: &[Group], shards: bool) -> Option<Mistake> {
-    let most = if shards { MAX_SHARDED_POINTS } else { MAX_POINTS };
+/// Returns the mistake of groups that make more points than `most`.
+pub(crate) fn too_many_points(groups: &[Group], most: usize) -> Option<Mistake> {
     let points = count(groups);
     if points.is_some_and(|points| points <= most) {
         return None;

@@ -4,19 +4,19 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use runner::{Event, EventKind, Interrupt};
 use store::Store;
-use study::{Record, Study};
+use study::Study;
 
 use super::observation::Observation;
 use super::trial_place::trial_place;
 use crate::account::this_run;
 use crate::execution::single_worker;
 use crate::failure_limit::FailureCount;
-use crate::job_list::{JobList, JobsLeft};
 use crate::ledger::StoreLedger;
 use crate::output;
+use crate::run_jobs::{JobsLeft, RunJobs};
 use crate::stored::WrittenStore;
 use crate::words::duration;
 
@@ -61,15 +61,16 @@ fn run(store: &Path, interrupt: &Interrupt) -> Result<bool> {
     let place = trial_place(store)?;
     let study = Study::parse(STUDY, "doctor", &mut |_| Err("it names no file".to_owned()))?;
     let store = Store::open(place.path())?;
-    let jobs = JobList::of(&study)?;
-    let JobsLeft { tasks, texts, .. } =
-        jobs.left(&study, &WrittenStore::new(&store), false, &HashSet::new())?;
+    let jobs = RunJobs::of_axes(&study)?;
+    let JobsLeft { tasks, .. } = jobs.left(&WrittenStore::new(&store), false, &HashSet::new())?;
+    let orders: Vec<_> = tasks.iter().map(|task| task.payload).collect();
+    let texts = |task: usize| orders.get(task)?.text();
     let account = this_run(&study, None);
     let mut failures = FailureCount::default();
     let mut last = None;
     let outcome = runner::run(
         tasks,
-        &mut StoreLedger::new(&store, texts, None, &account, &mut failures),
+        &mut StoreLedger::new(&store, &texts, None, &account, &mut failures),
         &single_worker(place.path())?,
         interrupt,
         &mut |event| last = failure(event).or(last.take()),
@@ -78,21 +79,9 @@ fn run(store: &Path, interrupt: &Interrupt) -> Result<bool> {
         if summary.unfinished > 0 {
             return Ok(false);
         }
-        require_certified(&store, &jobs).map(|()| true)
+        jobs.require_certified(&store).map(|()| true)
     });
     certified.map_err(|error| with_cause(error, last))
-}
-
-/// Fails if a job of the trial has no certified result.
-fn require_certified(store: &Store, jobs: &JobList) -> Result<()> {
-    for key in jobs.keys() {
-        let bytes = store.get(&key)?.context("its result is not in the store")?;
-        let record = Record::decode(&bytes)?;
-        if !record.is_certified() {
-            bail!("its result is not certified, but {}", record.standing());
-        }
-    }
-    Ok(())
 }
 
 /// Returns what an event says of a failure, if it is one.

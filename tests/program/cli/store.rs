@@ -431,3 +431,54 @@ fn a_store_in_use_is_read_through_the_run() {
     assert_eq!(place.json("plan many.toml --json")["cached"], done);
     assert_eq!(place.json("store verify --json")["sound"], true);
 }
+
+/// What a finished run says is kept, and said again without opening the database.
+#[test]
+fn a_finished_study_is_not_read_again_until_something_changes() {
+    let place = Place::run();
+    let said = |line: &str| {
+        let said = place.call(line);
+        assert_eq!(said.code, 0, "{}", said.err);
+        said.out
+    };
+    let log = place.path(".tribosweep/records/db");
+    let changed = || fs::metadata(&log).unwrap().modified().unwrap();
+    let (before, again) = (changed(), said("run small.toml"));
+    assert!(again.contains("6 certified"), "{again}");
+    let json = place.json("run small.toml --json");
+    assert_eq!(json["run"]["cached"], 6);
+    let status = place.json("status --json");
+    assert_eq!(changed(), before, "nobody has opened the database for writing");
+    let proved = place.json("store verify --json");
+    assert_eq!(proved["kept_counts"], serde_json::json!({ "proved": 1, "notes": [] }));
+
+    // Without the words everything is read, and says the same.
+    fs::remove_file(place.path(".tribosweep/kept")).unwrap();
+    assert_eq!(place.json("status --json"), status);
+    assert_eq!(said("run small.toml"), again);
+    assert!(changed() > before);
+    // A figure that is gone is drawn again, and another study is another one.
+    let figure = place.path(".tribosweep/figures/small.svg");
+    let drawn = fs::read(&figure).unwrap();
+    fs::remove_file(&figure).unwrap();
+    assert_eq!(said("run small.toml"), again);
+    assert_eq!(fs::read(&figure).unwrap(), drawn);
+    place.write("small.toml", SMALL.replace("0.6]", "0.5, 0.6]"));
+    assert!(said("run small.toml --workers 2").contains("2 of 8 jobs computed"));
+    assert_eq!(place.json("status --json")[0]["progress"]["points"], 8);
+}
+
+/// A run that has results left to compute, or results that failed, is not taken for finished.
+#[test]
+fn an_unfinished_study_is_examined_by_every_run() {
+    let place = Place::with("small.toml", SMALL);
+    assert_eq!(place.call("run small.toml --workers 1 --max-jobs 4").code, 75);
+    assert_eq!(place.json("status --json")[0]["progress"]["left"], 2);
+    // The rest comes by way of another study, which shares its points.
+    let shared = SMALL.replace("\"small\"", "\"shared\"");
+    place.write("shared.toml", shared);
+    assert_eq!(place.call("run shared.toml --workers 1").code, 0);
+    assert_eq!(place.json("status small --json")[0]["progress"]["left"], 0);
+    let again = place.call("run small.toml").out;
+    assert!(again.contains("0 of 6 jobs computed"), "{again}");
+}

@@ -1,5 +1,6 @@
 //! The answers of studies whose results are in memory.
 
+mod blocks;
 mod doubts;
 mod figures;
 mod shelf;

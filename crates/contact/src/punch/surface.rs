@@ -72,6 +72,11 @@ impl Surfaces {
         Self::default()
     }
 
+    /// Returns true if there is neither a height map nor a profile.
+    pub fn is_empty(&self) -> bool {
+        self.maps.is_empty() && self.profiles.is_empty()
+    }
+
     /// Adds a height map, or replaces the one of this name.
     pub fn insert(&mut self, name: String, map: Arc<Surface>) {
         self.maps.insert(name, map);

@@ -4,11 +4,12 @@ use std::borrow::Cow;
 use std::cmp::Ordering;
 
 use condition::compare_exactly;
+use serde::{Deserialize, Serialize};
 
 use crate::number::exact;
 
 /// One value of a table.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Cell {
     /// A measured or computed quantity, in the unit of its column. NaN counts as missing when rows
     /// are sorted, filtered or drawn; exports keep it.

@@ -3,12 +3,13 @@
 use std::cmp::Ordering;
 
 use condition::UnknownColumn;
+use serde::{Deserialize, Serialize};
 
 use super::cell::{Cell, compare};
 use super::error::TableError;
 
 /// The name of a column and the unit of its numbers.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TableColumn {
     /// The name, the same in the study file, in queries, exports and figures.
     pub name: String,
@@ -24,7 +25,7 @@ impl TableColumn {
 }
 
 /// Named columns, and rows with one cell per column.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DataTable {
     columns: Vec<TableColumn>,
     rows: Vec<Vec<Cell>>,

@@ -97,7 +97,8 @@ impl Coordinator {
         if self.unsaved.is_empty() {
             self.gathers_since = self.now;
         }
-        self.unsaved.push((saving, Done { key: entry.key, verdict, worker, seconds, attempts }));
+        self.unsaved
+            .push((saving, Done { task: job, key: entry.key, verdict, worker, seconds, attempts }));
         self.counts.saving += 1;
         if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
             worker.unsaved += 1;

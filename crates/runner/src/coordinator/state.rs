@@ -15,7 +15,7 @@ use crate::ledger::Done;
 use crate::loss::Loss;
 use crate::options::Options;
 use crate::queue::{GroupIndex, Queue, QueuedJob};
-use crate::task::Task;
+use crate::task::{Payload, Task};
 
 #[derive(Debug)]
 pub(super) struct TrackedJob {
@@ -174,12 +174,12 @@ pub(crate) struct Tally {
 
 impl Coordinator {
     /// Makes a coordinator that knows the tasks and has done nothing.
-    pub(crate) fn new(tasks: &[Task], options: &Options) -> Coordinator {
-        let job = |task: &Task| TrackedJob {
+    pub(crate) fn new<P: Payload>(tasks: &[Task<P>], options: &Options) -> Coordinator {
+        let job = |task: &Task<P>| TrackedJob {
             key: task.key,
             cost: sane(task.cost),
             memory: task.memory,
-            bytes: task.payload.len(),
+            bytes: task.payload.size(),
             failures: 0,
             returns: 0,
             state: JobState::Waiting,

@@ -6,7 +6,8 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use store::{
-    ExportHeader, ExportWriter, MergeSelection, OpenError, ShardName, Store, merge_into_export,
+    ExportHeader, ExportWriter, KeptWords, MergeSelection, OpenError, ShardName, Store,
+    merge_into_export,
 };
 
 use super::{RULES, key, record, records};
@@ -110,6 +111,7 @@ fn plays_its_part() {
     let first: u64 = std::env::var(FIRST).unwrap().parse().unwrap();
     match part.as_str() {
         "write" => write(&directory, first),
+        "keep" => keep(&directory, first),
         "hold" => {
             let _store = Store::open(&directory).unwrap();
             say("open");
@@ -171,6 +173,24 @@ fn write(directory: &Path, first: u64) {
             store.remove(&(before..before + removed(group)).map(key).collect::<Vec<_>>()).unwrap();
             say(format!("removed {group}"));
         }
+    }
+}
+
+/// Opens the store again and again, changes records, and keeps in words how many there are.
+fn keep(directory: &Path, first: u64) {
+    for group in 0.. {
+        let store = Store::open(directory).unwrap();
+        store.put_study("sweep", b"mu = [0.1, 0.3]").unwrap();
+        let start = first + 100 * group;
+        store.commit(&records(start..start + size(group))).unwrap();
+        let words = store.len().to_string().into_bytes();
+        store.keep_words("sweep", KeptWords { words, is_final: false });
+        if group % 4 == 3 {
+            // These come after the words and make them wrong.
+            store.commit(&records(start + 50..start + 53)).unwrap();
+        }
+        drop(store);
+        say(format!("kept {group}"));
     }
 }
 

@@ -6,6 +6,7 @@ mod collection;
 mod damage;
 mod exports;
 mod full;
+mod kept;
 mod kill;
 mod merge;
 mod model;

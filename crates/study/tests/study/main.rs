@@ -7,6 +7,7 @@ mod jobs;
 mod kinds;
 mod limits;
 mod materials;
+mod point_keys;
 mod points;
 mod reference;
 mod refused;
