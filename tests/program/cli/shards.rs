@@ -285,7 +285,7 @@ fn plans_show_what_each_shard_has() {
 #[test]
 fn a_study_that_is_too_large_for_one_run_is_read_in_parts() {
     let axis = |name: &str, from: &str, to: &str| {
-        format!("\"{name}\" = {{ from = {from}, to = {to}, count = 1000 }}\n")
+        format!("\"{name}\" = {{ from = {from}, to = {to}, count = 1100 }}\n")
     };
     let (head, _) = SMALL.split_once("[sweep]").unwrap();
     let sweep =
@@ -293,7 +293,7 @@ fn a_study_that_is_too_large_for_one_run_is_read_in_parts() {
     let place = Place::with("large.toml", format!("{head}[sweep]\n{}", sweep.concat()));
     let said = place.call("run large.toml");
     assert_eq!(said.code, 1);
-    assert!(said.err.contains("run the study in 5 shards or more"), "{}", said.err);
+    assert!(said.err.contains("run the study in 7 shards or more"), "{}", said.err);
     let said = place.call("run large.toml --shard 1/2");
     assert_eq!(said.code, 1);
     assert!(said.err.contains("needs more shards"), "{}", said.err);
@@ -301,13 +301,13 @@ fn a_study_that_is_too_large_for_one_run_is_read_in_parts() {
     assert_eq!(said.code, 0, "{}", said.err);
     let said = place.call("query small --store exports");
     assert_eq!(said.code, 1);
-    assert!(said.err.contains("query small --shard 1/5 --store exports"), "{}", said.err);
+    assert!(said.err.contains("query small --shard 1/7 --store exports"), "{}", said.err);
     let rows = place.call("query small --shard 50000/50000 --format csv --store exports");
-    assert_eq!((rows.code, rows.out.lines().count()), (0, 21), "{}{}", rows.out, rows.err);
+    assert_eq!((rows.code, rows.out.lines().count()), (0, 25), "{}{}", rows.out, rows.err);
     assert!(rows.out.lines().skip(1).all(|row| row.ends_with("certified")), "{}", rows.out);
     let status = place.call("status --store exports");
     assert_eq!(status.code, 0, "{}", status.err);
-    for words in ["1000000", "1 of 50000 shards finished", "20 jobs certified"] {
+    for words in ["1210000", "1 of 50000 shards finished", "24 jobs certified"] {
         assert!(status.out.contains(words), "{words}: {}", status.out);
     }
 }
