@@ -57,16 +57,15 @@ pub(crate) fn execute(
     args: &ExecutionArgs,
     part: Option<ShardRun>,
 ) -> Result<Finish> {
+    // A run that computes nothing still clears away what a killed one has left.
+    runner::sweep_leftovers();
     if part.is_none()
         && let Some(finish) = said_before(&study, directory, args)?
     {
-        // What a killed run has left is cleared away by the next one that computes something.
         return Ok(finish);
     }
     let account = this_run(&study, file);
     let (store, of_axes) = open_for(&study, directory)?;
-    // A run that computes nothing still clears away what a killed one has left.
-    runner::sweep_leftovers();
     let in_transit = directory.join(IN_TRANSIT);
     runner::remove_bodies(&in_transit)
         .with_context(|| format!("cannot remove {}", in_transit.display()))?;
