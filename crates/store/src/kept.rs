@@ -92,14 +92,8 @@ impl OpenWords {
     /// The file cannot be removed.
     pub(crate) fn take(directory: &Path) -> io::Result<OpenWords> {
         let words = Mutex::new(read(directory));
-        match fs::remove_file(directory.join(FILE)) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => Ok(OpenWords {
-                directory: directory.to_owned(),
-                words,
-                is_open: AtomicBool::new(false),
-            }),
-        }
+        remove(directory)?;
+        Ok(OpenWords { directory: directory.to_owned(), words, is_open: AtomicBool::new(false) })
     }
 
     /// Notes that the store was opened and has all its records. What was known of one that cannot
@@ -168,10 +162,12 @@ fn wait_for_end(directory: &Path) {
     }
 }
 
-/// Removes the words from the store in `directory`, whose lock is held.
+/// Removes the words from the store in `directory`, whose lock is held. A directory in their place
+/// holds none and stays.
 pub(crate) fn remove(directory: &Path) -> io::Result<()> {
+    use io::ErrorKind::{IsADirectory, NotFound};
     match fs::remove_file(directory.join(FILE)) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        Err(error) if !matches!(error.kind(), NotFound | IsADirectory) => Err(error),
         _ => Ok(()),
     }
 }

@@ -17,7 +17,7 @@
 //!
 //! # The certificate
 //! To show μ < μ* it is enough to exclude each combination of open and closed elements, for this μ
-//! and every smaller one. In a case the form F(μ) of [`lower`](super::lower) may be enlarged by the
+//! and every smaller one. In a case the form F(μ) of [`lower`] may be enlarged by the
 //! squares that vanish in it,
 //!
 //! ```text
@@ -29,7 +29,7 @@
 //! once, and for the images of all under the symmetries of Ω, so most of 2ᵏ combinations are
 //! never looked at. The penalties κ are finite numbers and part of the proof: no limit is
 //! taken. Weights are constant on the orbits of elements under the symmetries that keep the
-//! case. The share of the rounding that is due to symmetry ([`lower`](super::lower)) counts in
+//! case. The share of the rounding that is due to symmetry ([`lower`]) counts in
 //! every case, for its images.
 
 use std::collections::HashSet;

@@ -33,7 +33,7 @@
 //! itself one of the 5ⁿ. So μ < μ* if and only if every pivot of every elimination is positive, and
 //! eliminations that begin alike share their beginning: the last of n elements takes a few
 //! operations for each of 5ⁿ⁻¹ cases of the others. Pivots are computed as balls
-//! ([`ball`](super::ball)), and a pivot that may be 0 is computed once more, with all that comes
+//! (`ball.rs`), and a pivot that may be 0 is computed once more, with all that comes
 //! before and after it, in twice the precision. The table is symmetric under x → −x to the last
 //! bit, so of two cases that are mirror images of each other one is looked at.
 //!

@@ -36,6 +36,20 @@ const BOTH: [Option<&str>; 2] = [Some("10"), Some("10 of 20")];
 const FINAL: [Option<&str>; 2] = [Some("10"), None];
 const NONE: [Option<&str>; 2] = [None, None];
 
+/// What stands in the place of the file and is none costs no result.
+#[test]
+fn a_directory_in_the_place_of_the_words_is_left_alone() {
+    let directory = tempfile::tempdir().unwrap();
+    make(directory.path());
+    fs::remove_file(directory.path().join("kept")).unwrap();
+    fs::create_dir(directory.path().join("kept")).unwrap();
+    assert_eq!(shown(directory.path()), [None, None]);
+    let store = Store::open(directory.path()).unwrap();
+    assert_eq!(store.get(&key(3)).unwrap().unwrap(), record(3));
+    drop(store);
+    assert!(directory.path().join("kept").is_dir());
+}
+
 #[test]
 fn words_are_shown_as_long_as_they_hold() {
     /// A change of the store, and the words that hold after it.
