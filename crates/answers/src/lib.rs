@@ -25,6 +25,7 @@
 #![forbid(unsafe_code)]
 
 mod accounts;
+mod block;
 pub mod choice;
 mod citations;
 mod comparison;
@@ -42,6 +43,7 @@ pub mod patches;
 mod path;
 mod perform;
 mod place;
+mod progress;
 mod records;
 mod results;
 pub mod rows;
@@ -50,6 +52,7 @@ mod sensitivity;
 pub mod shards;
 mod solutions;
 mod statistics;
+mod survey;
 #[cfg(test)]
 mod testing;
 mod undrawn;
@@ -68,8 +71,9 @@ pub use kind::{
 pub use path::path_columns;
 pub use perform::Performed;
 pub use place::StudyPlace;
+pub use progress::{FailedResult, Failures, Progress};
 pub use records::{RecordMap, Records, RecordsError};
-pub use results::{FailedResult, Failures, FigureRows, Progress, Results};
+pub use results::{FigureRows, Results};
 pub use selection::Selection;
 pub use undrawn::Undrawn;
 pub use warnings::{Warning, warnings};

@@ -3,42 +3,29 @@
 use std::cell::OnceCell;
 use std::collections::HashSet;
 
-use identity::{JobKey, KeptFields};
-use rayon::prelude::*;
 use report::{Cell, DataTable, TableColumn, TableError};
-use serde::Serialize;
 use study::columns::{Compared, Role, Row, along_path, find};
 use study::figure::FigureKind;
-use study::{Adaptive, Column, Figure, Kind, Record, Standing, Study, StudyPoint};
+use study::{Adaptive, Column, Figure, Kind, Record, Study, StudyPoint};
 
 use crate::accounts::{Accounts, ComputingRun};
+use crate::block::visit;
 use crate::choice::{self, Discovery, Finding, Gathered, PointChoice, gather};
 use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
 use crate::evidence::Evidence;
 use crate::kind::answers_of;
 use crate::path::path_columns;
+use crate::progress::{Failures, Progress};
 use crate::records::{RecordMap, Records};
 use crate::rows::{heads, increments, row};
+use crate::survey::{POINTS_AT_ONCE, Survey, has_file};
 use crate::undrawn::{IS_CERTIFIED, Undrawn, only_certified};
 use crate::variation::{Variation, noise, variation};
-use crate::warnings::{
-    ElementDoubts, EstimateDoubts, InteriorDoubts, RequiredError, Subject, Warning, of_elements,
-    of_estimates, of_interiors,
-};
+use crate::warnings::{RequiredError, Subject, Warning, of_elements, of_estimates, of_interiors};
 
 /// The number of points above which the results of a plain study are read in blocks.
 const POINTS_IN_MEMORY: usize = 16_384;
-
-/// The number of points whose results are read at a time where they are read in blocks: those of
-/// 4096 take some 20 MiB.
-const POINTS_AT_ONCE: usize = 4096;
-
-/// The number of rows that are kept of a study that is too large for a figure.
-const FIRST_ROWS: usize = 1000;
-
-/// The number of failed jobs that are kept where results are read in blocks.
-const MOST_FAILURES: usize = 10_000;
 
 /// The points of a study, with the records that their jobs have left.
 pub struct Results<'r> {
@@ -63,114 +50,12 @@ enum HeldResults {
     Survey(Box<Survey>),
 }
 
-/// The knowledge of the results of a study that passed by once.
-struct Survey {
-    progress: Progress,
-    elements: ElementDoubts,
-    interiors: InteriorDoubts,
-    estimates: EstimateDoubts,
-    /// The relative change below which a quantity counts as constant.
-    noise: f64,
-    /// The columns that the jobs ask for.
-    requests: Vec<&'static str>,
-    failures: Failures,
-    /// Some record has its fields in a file.
-    has_files: bool,
-    /// The columns that figures and summaries show, of all points or of the first.
-    table: DataTable,
-}
-
-/// A job that has ended without a solution.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FailedResult {
-    /// The key of the job.
-    pub key: JobKey,
-    /// The way in which it ended.
-    pub standing: Standing,
-    /// The reason, if it left one.
-    pub reason: Option<String>,
-}
-
-/// The jobs that have ended without a solution, in the order of their first points.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Failures {
-    /// The jobs; of very many the first.
-    pub listed: Vec<FailedResult>,
-    /// The number of all.
-    pub count: usize,
-    seen: HashSet<JobKey>,
-}
-
-impl Failures {
-    fn add(&mut self, record: &Record, most: usize) {
-        if record.is_certified() || !self.seen.insert(record.key()) {
-            return;
-        }
-        self.count += 1;
-        if self.listed.len() < most {
-            self.listed.push(FailedResult {
-                key: record.key(),
-                standing: record.standing(),
-                reason: record.ending.reason().map(str::to_owned),
-            });
-        }
-    }
-}
-
 /// The rows that a figure is drawn from, and the points that are missing among them.
 pub struct FigureRows {
     /// The rows; where a point has no certified result, the columns along y are empty.
     pub table: DataTable,
     /// The points that are not drawn.
     pub undrawn: Undrawn,
-}
-
-/// The progress of a study, in numbers of points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Progress {
-    /// The points that the study has so far.
-    pub points: usize,
-    /// The points that are solved.
-    pub done: usize,
-    /// The points whose job has ended without a solution.
-    pub failed: usize,
-    /// The points without a result.
-    pub left: usize,
-    /// The points of the axes that the conditions of the study leave out.
-    #[serde(skip_serializing_if = "is_zero")]
-    pub excluded: usize,
-}
-
-/// Returns whether a count that is seldom needed need not be said.
-fn is_zero(count: &usize) -> bool {
-    *count == 0
-}
-
-impl Progress {
-    /// Reads how far a study is.
-    ///
-    /// # Errors
-    /// A record cannot be read, or a condition cannot be evaluated.
-    pub fn read(study: &Study, source: &dyn Records) -> Result<Self, AnswerError> {
-        let Gathered { choice, records } = gather(study, source)?;
-        Ok(Self::of(study, &choice.points, &records))
-    }
-
-    fn of(study: &Study, points: &[StudyPoint], records: &RecordMap) -> Self {
-        let mut progress = Self { excluded: study.excluded(), ..Self::default() };
-        points.iter().for_each(|point| progress.add(records.get(&point.key)));
-        progress
-    }
-
-    /// Counts a point with its record, if it has one.
-    fn add(&mut self, record: Option<&Record>) {
-        self.points += 1;
-        match record.map(Record::standing) {
-            None => self.left += 1,
-            Some(Standing::Certified) => self.done += 1,
-            Some(Standing::Failed | Standing::Quarantined) => self.failed += 1,
-        }
-    }
 }
 
 impl<'r> Results<'r> {
@@ -500,13 +385,13 @@ impl<'r> Results<'r> {
     pub fn increments(&self) -> Result<DataTable, AnswerError> {
         let columns = along_path(self.study.columns());
         if let HeldResults::Survey(_) = &self.held {
-            let mut table = DataTable::new(heads(&columns), Vec::new())?;
-            visit(&self.study, self.source, &mut |block| {
-                let more = increments(&columns, block.accounts, block.computed())?;
-                table = table.clone().followed_by(more);
-                Ok(())
+            let table = DataTable::new(heads(&columns), Vec::new())?;
+            let mut blocks = Vec::new();
+            visit(&self.study, self.source, POINTS_AT_ONCE, &mut |block| {
+                blocks.push(increments(&columns, block.accounts, block.computed())?);
+                Ok::<bool, AnswerError>(true)
             })?;
-            return Ok(table);
+            return Ok(blocks.into_iter().fold(table, DataTable::followed_by));
         }
         let computed = self.points().iter().filter_map(|point| Some((point, self.record(point)?)));
         increments(&columns, self.accounts(), computed)
@@ -721,147 +606,4 @@ impl<'r> Results<'r> {
         }
         Ok(comparison)
     }
-}
-
-fn has_file(record: &Record) -> bool {
-    matches!(record.fields, Some(KeptFields::Blob(_)))
-}
-
-/// Some points of a study with their records.
-struct ResultBlock<'b> {
-    points: &'b [StudyPoint],
-    records: &'b RecordMap,
-    accounts: &'b Accounts,
-}
-
-impl ResultBlock<'_> {
-    /// Iterates over the points that have a record.
-    fn computed(&self) -> impl Iterator<Item = (&StudyPoint, &Record)> {
-        self.points.iter().filter_map(|point| Some((point, self.records.get(&point.key)?)))
-    }
-
-    /// Makes the rows of the points with some columns.
-    fn rows(&self, columns: &[Column]) -> Vec<Vec<Cell>> {
-        let rows = self.points.par_iter().map(|point| {
-            let record = self.records.get(&point.key);
-            let account = record.and_then(|record| self.accounts.of(record));
-            row(columns, &Row { point, record, compared: None, account })
-        });
-        rows.collect()
-    }
-}
-
-/// Visits the points of a study with their records, some at a time.
-fn visit(
-    study: &Study,
-    source: &dyn Records,
-    visitor: &mut dyn FnMut(ResultBlock<'_>) -> Result<(), AnswerError>,
-) -> Result<(), AnswerError> {
-    let mut accounts = Accounts::default();
-    let mut indices = study.indices();
-    loop {
-        let block: Vec<usize> = indices.by_ref().take(POINTS_AT_ONCE).collect();
-        if block.is_empty() {
-            return Ok(());
-        }
-        let points: Vec<StudyPoint> =
-            block.into_par_iter().filter_map(|index| study.point(index)).collect();
-        let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).collect();
-        keys.sort_unstable();
-        keys.dedup();
-        let records = source.select(&keys).map_err(AnswerError::Records)?;
-        accounts.read(records.values(), source);
-        visitor(ResultBlock { points: &points, records: &records, accounts: &accounts })?;
-    }
-}
-
-impl Survey {
-    /// Reads the results of a study block by block.
-    fn of(study: &Study, source: &dyn Records) -> Result<Survey, AnswerError> {
-        let mut columns = study.columns();
-        columns.retain(|column| is_shown(study, column));
-        let required = RequiredError::LARGE;
-        let mut survey = Survey {
-            progress: Progress { excluded: study.excluded(), ..Progress::default() },
-            elements: ElementDoubts::new(Subject::Points),
-            interiors: InteriorDoubts::new(Subject::Points),
-            estimates: EstimateDoubts::new(Subject::Points, required),
-            noise: 0.0,
-            requests: Vec::new(),
-            failures: Failures::default(),
-            has_files: false,
-            table: DataTable::new(heads(&columns), Vec::new())?,
-        };
-        let most = if study.is_listed() { usize::MAX } else { FIRST_ROWS };
-        let mut rows = Vec::new();
-        visit(study, source, &mut |block| {
-            survey.noise = survey.noise.max(noise(block.points));
-            for point in block.points {
-                let record = block.records.get(&point.key);
-                survey.progress.add(record);
-                for name in point.job.asked_columns() {
-                    if !survey.requests.contains(&name) {
-                        survey.requests.push(name);
-                    }
-                }
-                let Some(record) = record else { continue };
-                survey.elements.add(record);
-                survey.interiors.add(record);
-                survey.estimates.add(record);
-                survey.failures.add(record, MOST_FAILURES);
-                survey.has_files |= has_file(record);
-            }
-            if rows.len() < most {
-                rows.extend(block.rows(&columns));
-                rows.truncate(most);
-            }
-            Ok(())
-        })?;
-        survey.table = DataTable::new(heads(&columns), rows)?;
-        Ok(survey)
-    }
-
-    /// Returns the doubts about the certified results.
-    fn warnings(&self) -> Vec<Warning> {
-        let mut warnings = self.elements.warnings();
-        warnings.extend(self.interiors.warning());
-        warnings.extend(self.estimates.warnings());
-        warnings
-    }
-
-    /// Returns the rows of a study with some columns: those that were kept, else they are read
-    /// again. Of a study that makes no figure there are the first rows.
-    fn table(
-        &self,
-        study: &Study,
-        source: &dyn Records,
-        columns: Vec<Column>,
-    ) -> Result<DataTable, AnswerError> {
-        let names: Vec<&str> = columns.iter().map(|column| column.name.as_ref()).collect();
-        if names.iter().all(|name| self.table.column(name).is_ok()) {
-            return Ok(self.table.select(&names)?);
-        }
-        let mut rows = Vec::new();
-        visit(study, source, &mut |block| {
-            rows.extend(block.rows(&columns));
-            Ok(())
-        })?;
-        Ok(DataTable::new(heads(&columns), rows)?)
-    }
-}
-
-/// Returns whether a column is kept for summaries and figures.
-fn is_shown(study: &Study, column: &Column) -> bool {
-    let name = column.name.as_ref();
-    let figures = study.figures().iter().chain(study.suggestions());
-    let is_drawn = |figure: &Figure| {
-        let apart = figure.series.iter().chain(&figure.panels).chain(&figure.names);
-        let filter = figure.filtered(None);
-        let mut names = apart.chain([&figure.x]).chain(figure.shown());
-        names.any(|shown| shown == name) || filter.is_some_and(|filter| filter.contains(name))
-    };
-    column.role == Role::Axis
-        || name == "status"
-        || study.kind().usual_columns().contains(&name)
-        || figures.clone().any(is_drawn)
 }

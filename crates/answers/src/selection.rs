@@ -1,15 +1,15 @@
 //! A table of a study's results: which rows and columns of it, and in which order.
 
-use rayon::prelude::*;
 use report::{CellType, DataTable, FilterError, TableColumn, TableError, TypedColumn};
-use study::columns::{Row, along_path, nearest_name};
-use study::{Column, Study, StudyPoint, ValueType};
+use study::columns::{along_path, nearest_name};
+use study::{Column, Study, ValueType};
 
 use crate::accounts::Accounts;
+use crate::block;
 use crate::error::AnswerError;
 use crate::records::Records;
 use crate::results::Results;
-use crate::rows::{heads, increments, row};
+use crate::rows::{heads, increments};
 
 /// The points whose results are read at a time where a table is made in blocks: 16 384 take some
 /// 100 MiB with every column.
@@ -158,57 +158,27 @@ impl Selection {
         // Each of some hundred columns takes 32 bytes of a row.
         let mut columns = self.all_columns(study);
         columns.retain(|column| self.mentions(column));
-        let mut accounts = Accounts::default();
-        let mut indices = study.indices().peekable();
-        let mut block: Option<DataTable> = None;
-        while block.is_none() || indices.peek().is_some() {
-            let some: Vec<usize> = indices.by_ref().take(POINTS_AT_ONCE).collect();
-            let points: Vec<StudyPoint> =
-                some.into_par_iter().filter_map(|index| study.point(index)).collect();
-            let table = self.read(&columns, &points, source, &mut accounts)?;
-            let chosen = self.chosen(table).map_err(|error| suggested(error, study))?;
-            let gathered = match block.take() {
-                Some(block) => block.followed_by(chosen),
-                None => chosen,
+        let mut chosen =
+            self.chosen(DataTable::new(heads(&columns), Vec::new()).map_err(AnswerError::from)?)?;
+        let mut goes_on = true;
+        let accounts = block::visit(study, source, POINTS_AT_ONCE, &mut |block| {
+            let table = match self.steps {
+                true => increments(&columns, block.accounts, block.computed())?,
+                false => DataTable::new(heads(&columns), block.rows(&columns))
+                    .map_err(AnswerError::from)?,
             };
-            if gathered.rows().len() * gathered.columns().len() >= CELLS_OF_A_BLOCK {
-                if !visitor(&gathered)? {
-                    return Ok(accounts);
-                }
-                block = Some(gathered.without_rows());
-            } else {
-                block = Some(gathered);
+            let more = self.chosen(table).map_err(|error| suggested(error, study))?;
+            chosen = std::mem::replace(&mut chosen, more.without_rows()).followed_by(more);
+            if chosen.rows().len() * chosen.columns().len() >= CELLS_OF_A_BLOCK {
+                goes_on = visitor(&chosen)?;
+                chosen = chosen.without_rows();
             }
-        }
-        if let Some(last) = &block {
-            visitor(last)?;
+            Ok::<bool, E>(goes_on)
+        })?;
+        if goes_on {
+            visitor(&chosen)?;
         }
         Ok(accounts)
-    }
-
-    /// Makes the rows of some points with these columns.
-    fn read(
-        &self,
-        columns: &[Column],
-        points: &[StudyPoint],
-        source: &dyn Records,
-        accounts: &mut Accounts,
-    ) -> Result<DataTable, AnswerError> {
-        let mut keys: Vec<_> = points.iter().map(|point| point.key).collect();
-        keys.sort_unstable();
-        keys.dedup();
-        let records = source.select(&keys).map_err(AnswerError::Records)?;
-        accounts.read(records.values(), source);
-        let with_record = points.iter().filter_map(|point| Some((point, records.get(&point.key)?)));
-        if self.steps {
-            return increments(columns, accounts, with_record);
-        }
-        let rows = points.iter().map(|point| {
-            let record = records.get(&point.key);
-            let account = record.and_then(|record| accounts.of(record));
-            row(columns, &Row { point, record, compared: None, account })
-        });
-        Ok(DataTable::new(heads(columns), rows.collect())?)
     }
 
     /// Returns every column that there is to choose from.

@@ -1,0 +1,67 @@
+//! The results of a study whose points are read a block at a time.
+
+use identity::JobKey;
+use rayon::prelude::*;
+use report::Cell;
+use study::columns::Row;
+use study::{Column, Record, Study, StudyPoint};
+
+use crate::accounts::Accounts;
+use crate::error::AnswerError;
+use crate::records::{RecordMap, Records};
+use crate::rows::row;
+
+/// Some points of a study with their records.
+pub(crate) struct ResultBlock<'b> {
+    pub(crate) points: &'b [StudyPoint],
+    pub(crate) records: &'b RecordMap,
+    pub(crate) accounts: &'b Accounts,
+}
+
+impl ResultBlock<'_> {
+    /// Iterates over the points that have a record.
+    pub(crate) fn computed(&self) -> impl Iterator<Item = (&StudyPoint, &Record)> {
+        self.points.iter().filter_map(|point| Some((point, self.records.get(&point.key)?)))
+    }
+
+    /// Makes the rows of the points with some columns.
+    pub(crate) fn rows(&self, columns: &[Column]) -> Vec<Vec<Cell>> {
+        let rows = self.points.par_iter().map(|point| {
+            let record = self.records.get(&point.key);
+            let account = record.and_then(|record| self.accounts.of(record));
+            row(columns, &Row { point, record, compared: None, account })
+        });
+        rows.collect()
+    }
+}
+
+/// Visits the points of a study with their records, so many at a time, until the visitor returns
+/// false. Returns the accounts of the runs that computed what was visited.
+///
+/// # Errors
+/// A record cannot be read, or the visitor fails.
+pub(crate) fn visit<E: From<AnswerError>>(
+    study: &Study,
+    source: &dyn Records,
+    at_once: usize,
+    visitor: &mut dyn FnMut(ResultBlock<'_>) -> Result<bool, E>,
+) -> Result<Accounts, E> {
+    let mut accounts = Accounts::default();
+    let mut indices = study.indices();
+    loop {
+        let block: Vec<usize> = indices.by_ref().take(at_once).collect();
+        if block.is_empty() {
+            return Ok(accounts);
+        }
+        let points: Vec<StudyPoint> =
+            block.into_par_iter().filter_map(|index| study.point(index)).collect();
+        let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let records = source.select(&keys).map_err(AnswerError::Records)?;
+        accounts.read(records.values(), source);
+        if !visitor(ResultBlock { points: &points, records: &records, accounts: &accounts })? {
+            return Ok(accounts);
+        }
+    }
+}
