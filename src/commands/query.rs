@@ -74,30 +74,17 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
                 proposal::command(&args.store.store, ["query", &args.name, "--shard", &part])
             );
         };
-        if !is_file && args.filter.is_some() && table.rows().is_empty() {
-            output::say("no row matches");
-        }
         let rows = TableRows::Whole { table, accounts: &accounts };
         return write(args, format, rows, &selection, &study);
     }
     if args.columns {
-        return write(
-            args,
-            format,
-            TableRows::Whole {
-                table: columns(&study, args.steps)?,
-                accounts: &Accounts::default(),
-            },
-            &selection,
-            &study,
-        );
+        let table = columns(&study, args.steps)?;
+        let rows = TableRows::Whole { table, accounts: &Accounts::default() };
+        return write(args, format, rows, &selection, &study);
     }
     if study.point_count() > IN_MEMORY && is_known && selection.has_own_rows(&study) {
         let gathered = selection.gathered(&study, &source, usize::MAX)?;
         if let Some((table, accounts)) = gathered {
-            if !is_file && args.filter.is_some() && table.rows().is_empty() {
-                output::say("no row matches");
-            }
             let rows = TableRows::Whole { table, accounts: &accounts };
             return write(args, format, rows, &selection, &study);
         }
@@ -107,9 +94,6 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         selection.columns = results.usual_columns(args.steps)?;
     }
     let table = selection.of(&results)?;
-    if !is_file && args.filter.is_some() && table.rows().is_empty() {
-        output::say("no row matches");
-    }
     let accounts = results.accounts();
     write(args, format, TableRows::Whole { table, accounts }, &selection, results.study())
 }
@@ -122,6 +106,13 @@ fn write(
     selection: &Selection,
     study: &Study,
 ) -> Result<Finish> {
+    if let (TableFormat::Table | TableFormat::Json, TableRows::Whole { table, .. }) =
+        (format, &rows)
+        && args.filter.is_some()
+        && table.rows().is_empty()
+    {
+        output::say("no row matches");
+    }
     let path = args.output.as_deref();
     let text = match (format, rows) {
         (TableFormat::Csv, rows) => {

@@ -8,48 +8,24 @@ use std::time::Duration;
 
 use super::place::{MarkedPlace, Results, Running, keys};
 
-const UNIQUENESS: &str = r#"
+/// Returns a study of the uniqueness sets of six materials, with such a sole [mm], mesh and search.
+fn uniqueness([x, y]: [u32; 2], mesh: &str, search: &str) -> String {
+    format!(
+        r#"
 name = "kinds"
 kind = "uniqueness"
 [scene]
-foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
-punch = { shape = "flat-rectangle", width_x = "2 mm", width_y = "2 mm" }
+foundation.base = {{ shear_modulus = "80 GPa", poisson = 0 }}
+punch = {{ shape = "flat-rectangle", width_x = "{x} mm", width_y = "{y} mm" }}
 [numerics]
-mesh = 2
+mesh = {mesh}
 [search]
-starts = 1
+{search}
 [sweep]
 foundation.base.poisson = [0, 0.1, 0.2, 0.3, 0.4, 0.5]
-"#;
-
-const CASES: &str = r#"
-name = "kinds"
-kind = "uniqueness"
-[scene]
-foundation.base = { shear_modulus = "80 GPa", poisson = 0 }
-punch = { shape = "flat-rectangle", width_x = "3 mm", width_y = "2 mm" }
-[numerics]
-mesh = [3, 2]
-[search]
-starts = 1
-cases = true
-[sweep]
-foundation.base.poisson = [0, 0.1, 0.2, 0.3, 0.4, 0.5]
-"#;
-
-const STRIPS: &str = r#"
-name = "kinds"
-kind = "uniqueness"
-[scene]
-foundation.base = { shear_modulus = "80 GPa", poisson = 0 }
-punch = { shape = "flat-rectangle", width_x = "8 mm", width_y = "1 m" }
-[numerics]
-mesh = [8, 1]
-[search]
-plane = true
-[sweep]
-foundation.base.poisson = [0, 0.1, 0.2, 0.3, 0.4, 0.5]
-"#;
+"#
+    )
+}
 
 const MULTIPLICITY: &str = include_str!("../studies/several.toml");
 
@@ -259,17 +235,17 @@ fn survives(study: &str, jobs: usize) {
 
 #[test]
 fn brackets_of_uniqueness_sets_survive() {
-    survives(UNIQUENESS, 6);
+    survives(&uniqueness([2, 2], "2", "starts = 1"), 6);
 }
 
 #[test]
 fn ends_shown_by_cases_survive() {
-    survives(CASES, 6);
+    survives(&uniqueness([3, 2], "[3, 2]", "starts = 1\ncases = true"), 6);
 }
 
 #[test]
 fn exact_ends_of_strips_survive() {
-    survives(STRIPS, 6);
+    survives(&uniqueness([8, 1000], "[8, 1]", "plane = true"), 6);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! A lower bound of μ* by cases: every element is either open or closed.
 //!
 //! # Cases lose nothing
-//! By [`super`], μ ≥ μ* if and only if there are numbers 0 ≤ c ≤ 1, |m| ≤ μ and symmetric 2 × 2
-//! matrices 0 ⪯ C ⪯ 1 at each element for which some x ≠ 0 meets
+//! It follows from [`super`] that μ ≥ μ* if and only if there are numbers 0 ≤ c ≤ 1, |m| ≤ μ and
+//! symmetric 2 × 2 matrices 0 ⪯ C ⪯ 1 at each element for which some x ≠ 0 meets
 //!
 //! ```text
 //! (1 − c) x₁ + c y₁ = 0,    (1 − C)(x_t − m x₁) + C y_t = 0    with y = Ax:
@@ -17,8 +17,8 @@
 //!
 //! # The certificate
 //! To show μ < μ* it is enough to exclude each combination of open and closed elements, for this μ
-//! and every smaller one. In a case the form F(μ) of [`lower`] may be enlarged by the
-//! squares that vanish in it,
+//! and every smaller one. In a case the form F(μ) of [`lower`] may be enlarged by the squares that
+//! vanish in it,
 //!
 //! ```text
 //! F(μ) + κ_u Σ y₁² over closed elements + κ_s Σ x₁² over open ones,    κ_u, κ_s ≥ 0,
@@ -29,8 +29,8 @@
 //! once, and for the images of all under the symmetries of Ω, so most of 2ᵏ combinations are
 //! never looked at. The penalties κ are finite numbers and part of the proof: no limit is
 //! taken. Weights are constant on the orbits of elements under the symmetries that keep the
-//! case. The share of the rounding that is due to symmetry ([`lower`]) counts in
-//! every case, for its images.
+//! case. The share of the rounding that is due to symmetry ([`lower`]) counts in every case, for
+//! its images.
 
 use std::collections::HashSet;
 

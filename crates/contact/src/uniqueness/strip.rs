@@ -8,9 +8,9 @@
 //! displacement that is the same everywhere and grows with the logarithm of their length.
 //!
 //! # Cases of signs
-//! By [`super`], μ ≥ μ* if and only if some (s, t) ≠ 0 has su ≤ 0 and tv ≤ μ|s||v| at every
-//! element. The first says that (1 − c)s + cu = 0 for some 0 ≤ c ≤ 1. The second says that v = 0,
-//! or that t − as is 0 or has the other sign than v for some |a| ≤ μ, which is the same as
+//! It follows from [`super`] that μ ≥ μ* if and only if some (s, t) ≠ 0 has su ≤ 0 and tv ≤ μ|s||v|
+//! at every element. The first says that (1 − c)s + cu = 0 for some 0 ≤ c ≤ 1. The second says that
+//! v = 0, or that t − as is 0 or has the other sign than v for some |a| ≤ μ, which is the same as
 //! (1 − d)(t − as) + dv = 0 for some 0 ≤ d ≤ 1. These are two rows for each element,
 //! R(c, a, d)(s, t) = 0, and
 //!
@@ -25,17 +25,17 @@
 //! μ < μ*. Without friction all are principal minors of A, which are positive if A is positive
 //! definite.
 //!
-//! The same argument for c holds in three dimensions: nothing is lost there by asking that every
-//! element has x₁ = 0 or y₁ = 0.
+//! This argument for c holds in three dimensions as well: nothing is lost there by asking that
+//! every element has x₁ = 0 or y₁ = 0.
 //!
 //! # Elimination
 //! The elements are eliminated one by one. A determinant for the first few, the others open, is
 //! itself one of the 5ⁿ. So μ < μ* if and only if every pivot of every elimination is positive, and
 //! eliminations that begin alike share their beginning: the last of n elements takes a few
-//! operations for each of 5ⁿ⁻¹ cases of the others. Pivots are computed as balls
-//! (`ball.rs`), and a pivot that may be 0 is computed once more, with all that comes
-//! before and after it, in twice the precision. The table is symmetric under x → −x to the last
-//! bit, so of two cases that are mirror images of each other one is looked at.
+//! operations for each of 5ⁿ⁻¹ cases of the others. Pivots are computed as balls (`ball.rs`), and a
+//! pivot that may be 0 is computed once more, with all that comes before and after it, in twice the
+//! precision. The table is symmetric under x → −x to the last bit, so of two cases that are mirror
+//! images of each other one is looked at.
 //!
 //! [`verify`] looks at all cases anew. It takes the coefficients of the table, as they are, for the
 //! operator, and shows the sign of every determinant in exact arithmetic.

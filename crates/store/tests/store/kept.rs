@@ -36,7 +36,7 @@ const BOTH: [Option<&str>; 2] = [Some("10"), Some("10 of 20")];
 const FINAL: [Option<&str>; 2] = [Some("10"), None];
 const NONE: [Option<&str>; 2] = [None, None];
 
-/// What stands in the place of the file and is none costs no result.
+/// A directory that stands in the place of the file costs no result.
 #[test]
 fn a_directory_in_the_place_of_the_words_is_left_alone() {
     let directory = tempfile::tempdir().unwrap();

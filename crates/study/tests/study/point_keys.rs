@@ -65,7 +65,7 @@ const AXES: [(&str, &str); 11] = [
     ("interior.depth", "[\"0.1 mm\", \"0.2 mm\"]"),
 ];
 
-/// What may stand beside the axes, with the axis that it does not go with.
+/// Tables that may stand beside the axes, each with the axis that it does not go with.
 const BESIDE: [(&str, &str); 6] = [
     ("[derive]\ntolerance = \"1e-7 * punch.radius / (1 m) + 1e-9\"\n", "tolerance"),
     ("[derive]\n\"foundation.base.poisson\" = \"mu / 2\"\n", "foundation.base.poisson"),
