@@ -10,7 +10,7 @@ use store::{Digest, Glance, KeptWords, Store};
 use study::job::PHYSICS_VERSION;
 use study::{Adaptive, Study};
 
-use crate::machine::this_program;
+use crate::machine::build_words;
 
 /// The version of the form of the words.
 const FORM: u32 = 1;
@@ -135,7 +135,7 @@ impl KeptStudy {
         let is_known = facts.progress().left == 0 && !results.has_files();
         KeptStudy {
             form: FORM,
-            program: program(),
+            program: build_words(),
             physics: PHYSICS_VERSION,
             definition: Digest::of(&study.definition()).0,
             question: study.question().to_owned(),
@@ -161,7 +161,7 @@ impl KeptStudy {
         let (kept, _): (KeptStudy, usize) =
             bincode::serde::decode_from_slice(words, bincode::config::standard()).ok()?;
         let is_meant = kept.form == FORM
-            && kept.program == program()
+            && kept.program == build_words()
             && kept.physics == PHYSICS_VERSION
             && glance.definition(name)?.0 == kept.definition;
         is_meant.then_some(kept)
@@ -192,10 +192,4 @@ impl KeptStudy {
     pub(crate) fn into_facts(self, figures: &Path) -> Option<SummaryFacts> {
         self.facts.filter(|facts| facts.has_figures(figures))
     }
-}
-
-/// Names the build of this program.
-fn program() -> String {
-    let build = this_program();
-    format!("{} {:?} {:?}", build.version, build.commit, build.dirty)
 }

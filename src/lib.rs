@@ -48,6 +48,7 @@ mod slurm;
 mod solving;
 mod stored;
 mod study_file;
+mod study_table;
 mod submission;
 mod summary;
 mod table_file;

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use answers::{AnswerError, Results, Selection, forecast};
+use answers::{AnswerError, Results, RowSource, Selection, forecast};
 use anyhow::{Context, Result, bail};
 use contact::model::Fields;
 use contact::{Cancellation, FrictionProblem, Operators};
@@ -287,7 +287,8 @@ impl ReadStore {
         }
         if !selection.columns.is_empty() && selection.is_separable(&study) {
             let mut table = TypedTable::new(selection.typed_columns(&study)?);
-            selection.visit(&study, &source, |block| {
+            let rows = RowSource::Records { records: &source, keeper: None };
+            selection.visit(&study, rows, |block| {
                 table.add(block);
                 Ok::<(), AnswerError>(())
             })?;

@@ -20,6 +20,12 @@ pub(crate) fn this_program() -> ProgramBuild {
     }
 }
 
+/// Names the build of this program, with which what it has learnt of records stays true.
+pub(crate) fn build_words() -> String {
+    let build = this_program();
+    format!("{} {:?} {:?}", build.version, build.commit, build.dirty)
+}
+
 /// Returns a description of this machine.
 pub(crate) fn this_machine() -> MachineAccount {
     let kernel = rustix::system::uname();

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use answers::{Accounts, AnswerError, Records, Selection};
+use answers::{Accounts, AnswerError, RowSource, Selection};
 use anyhow::{Context, Result};
 use report::{DataTable, ParquetFault, ParquetFile, TypedColumn, WiderCell};
 use study::Study;
@@ -20,10 +20,10 @@ pub(crate) enum TableRows<'r> {
     Whole {
         table: DataTable,
         /// The accounts of the runs that computed what is in it.
-        accounts: &'r Accounts,
+        accounts: Cow<'r, Accounts>,
     },
     /// The rows that are chosen of a study, to be read as it is written.
-    Selected { selection: &'r Selection, study: &'r Study, source: &'r dyn Records },
+    Selected { selection: &'r Selection, study: &'r Study, source: RowSource<'r> },
 }
 
 impl TableRows<'_> {
@@ -35,7 +35,7 @@ impl TableRows<'_> {
         match self {
             TableRows::Whole { table, accounts } => {
                 visitor(table)?;
-                Ok(Cow::Borrowed(accounts))
+                Ok(Cow::Borrowed(accounts.as_ref()))
             }
             TableRows::Selected { selection, study, source } => {
                 let visited = selection

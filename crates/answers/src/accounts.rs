@@ -30,9 +30,19 @@ impl Accounts {
         records: impl IntoIterator<Item = &'r Record>,
         source: &dyn Records,
     ) {
-        for digest in records.into_iter().filter_map(|record| record.provenance.run.as_ref()) {
+        let runs = records.into_iter().filter_map(|record| record.provenance.run.as_ref());
+        self.read_of(runs, |run| source.account(run));
+    }
+
+    /// Reads the accounts of some runs that are not known yet.
+    pub fn read_of<'r>(
+        &mut self,
+        runs: impl IntoIterator<Item = &'r [u8; 32]>,
+        account: impl Fn(&[u8; 32]) -> Option<RunAccount>,
+    ) {
+        for digest in runs {
             if !self.known.contains_key(digest) {
-                self.known.insert(*digest, source.account(digest));
+                self.known.insert(*digest, account(digest));
             }
         }
     }

@@ -10,6 +10,7 @@ use crate::accounts::Accounts;
 use crate::error::AnswerError;
 use crate::records::{RecordMap, Records};
 use crate::rows::row;
+use crate::tabled::{ROWS_OF_A_BLOCK, RowKeeper};
 
 /// Some points of a study with their records.
 pub(crate) struct ResultBlock<'b> {
@@ -32,6 +33,17 @@ impl ResultBlock<'_> {
             row(columns, &Row { point, record, compared: None, account })
         });
         rows.collect()
+    }
+
+    /// Gives the rows of the points with some columns to a keeper, unless it keeps none.
+    pub(crate) fn keep(&self, columns: &[Column], keeper: &dyn RowKeeper) {
+        for points in self.points.chunks(ROWS_OF_A_BLOCK) {
+            if keeper.is_keeping() {
+                let keys: Vec<JobKey> = points.iter().map(|point| point.key).collect();
+                let (records, accounts) = (self.records, self.accounts);
+                keeper.keep(&keys, &ResultBlock { points, records, accounts }.rows(columns));
+            }
+        }
     }
 }
 

@@ -21,7 +21,8 @@
 //!   list of references.
 //! - [`shards`] cuts a study into parts for machines that do not know of each other.
 //! - [`Results`] puts these together, a [`Selection`] of it is a table, and two of them have a
-//!   [`Difference`].
+//!   [`Difference`]. Rows that were made once can be kept ([`RowKeeper`]) and chosen from again
+//!   ([`TabledRows`]).
 #![forbid(unsafe_code)]
 
 mod accounts;
@@ -53,6 +54,7 @@ pub mod shards;
 mod solutions;
 mod statistics;
 mod survey;
+mod tabled;
 #[cfg(test)]
 mod testing;
 mod undrawn;
@@ -74,6 +76,7 @@ pub use place::StudyPlace;
 pub use progress::{FailedResult, Failures, Progress};
 pub use records::{RecordMap, Records, RecordsError};
 pub use results::{FigureRows, Results};
-pub use selection::Selection;
+pub use selection::{RowSource, Selection};
+pub use tabled::{ROWS_OF_A_BLOCK, RowKeeper, TabledColumn, TabledRows, tabled_columns};
 pub use undrawn::Undrawn;
 pub use warnings::{Warning, warnings};

@@ -9,7 +9,7 @@ use study::figure::FigureKind;
 use study::{Adaptive, Column, Figure, Kind, Record, Study, StudyPoint};
 
 use crate::accounts::{Accounts, ComputingRun};
-use crate::block::visit;
+use crate::block::{ResultBlock, visit};
 use crate::choice::{self, Discovery, Finding, Gathered, PointChoice, gather};
 use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
@@ -20,6 +20,7 @@ use crate::progress::{Failures, Progress};
 use crate::records::{RecordMap, Records};
 use crate::rows::{heads, increments, row};
 use crate::survey::{POINTS_AT_ONCE, Survey, has_file};
+use crate::tabled::{RowKeeper, tabled_columns};
 use crate::undrawn::{IS_CERTIFIED, Undrawn, only_certified};
 use crate::variation::{Variation, noise, variation};
 use crate::warnings::{RequiredError, Subject, Warning, of_elements, of_estimates, of_interiors};
@@ -395,6 +396,16 @@ impl<'r> Results<'r> {
         }
         let computed = self.points().iter().filter_map(|point| Some((point, self.record(point)?)));
         increments(&columns, self.accounts(), computed)
+    }
+
+    /// Gives the rows of all points to a keeper, unless they were read [in
+    /// blocks](Results::in_blocks).
+    pub fn keep_rows(&self, keeper: &dyn RowKeeper) {
+        let HeldResults::Whole { points, records } = &self.held else { return };
+        let (columns, accounts) = (tabled_columns(&self.study), self.accounts());
+        keeper.begin(&columns);
+        ResultBlock { points, records, accounts }.keep(&columns, keeper);
+        keeper.end(accounts);
     }
 
     /// Returns the usual columns of every point.

@@ -1,6 +1,10 @@
 //! A table of a study's results: which rows and columns of it, and in which order.
 
-use report::{CellType, DataTable, FilterError, TableColumn, TableError, TypedColumn};
+use identity::JobKey;
+use report::{
+    CellType, DataTable, FilterError, FilteredColumn, TableColumn, TableError, TypedColumn,
+    sought_texts,
+};
 use study::columns::{along_path, nearest_name};
 use study::{Column, Study, ValueType};
 
@@ -10,6 +14,7 @@ use crate::error::AnswerError;
 use crate::records::Records;
 use crate::results::Results;
 use crate::rows::{heads, increments};
+use crate::tabled::{RowKeeper, TabledRows, tabled_columns};
 
 /// The points whose results are read at a time where a table is made in blocks: 16 384 take some
 /// 100 MiB with every column.
@@ -17,6 +22,20 @@ const POINTS_AT_ONCE: usize = 16_384;
 
 /// The cells from which on a block is complete.
 const CELLS_OF_A_BLOCK: usize = 1 << 20;
+
+/// The source of the rows of a study.
+#[derive(Clone, Copy)]
+pub enum RowSource<'r> {
+    /// The records of its jobs.
+    Records {
+        /// The records.
+        records: &'r dyn Records,
+        /// The place that keeps all rows as they are made.
+        keeper: Option<&'r dyn RowKeeper>,
+    },
+    /// A table that was made of them.
+    Table(&'r dyn TabledRows),
+}
 
 /// A choice of rows and columns.
 #[derive(Clone, Debug, Default)]
@@ -45,6 +64,56 @@ impl Selection {
             results.table(&mentions.collect::<Vec<_>>())?
         };
         self.chosen(table).map_err(|error| suggested(error, results.study()))
+    }
+
+    /// Returns the rows and columns that are chosen of a table like those that are chosen [of
+    /// results](Selection::of) from which it was made.
+    ///
+    /// # Errors
+    /// There is no such column, the condition cannot be evaluated, or the table cannot be read.
+    pub fn of_table(
+        &self,
+        study: &Study,
+        table: &dyn TabledRows,
+    ) -> Result<DataTable, AnswerError> {
+        self.check(study)?;
+        let columns = self.mentioned_columns(study);
+        let rows = match self.rows_sought(table)? {
+            Some(rows) => rows,
+            None => (0..table.row_count()).collect(),
+        };
+        let table = rows_of_table(table, &columns, &rows)?;
+        self.chosen(table).map_err(|error| suggested(error, study))
+    }
+
+    /// Returns whether a table has everything that the choice is about.
+    pub fn is_in_table(&self, study: &Study, table: &dyn TabledRows) -> bool {
+        let has = |column: &Column| table.columns().iter().any(|has| has.name == column.name);
+        !self.steps && self.mentioned_columns(study).iter().all(has)
+    }
+
+    /// Returns the columns that occur in the choice, and maybe others.
+    pub fn mentioned_columns(&self, study: &Study) -> Vec<Column> {
+        let mut columns = self.all_columns(study);
+        columns.retain(|column| self.mentions(column));
+        columns
+    }
+
+    /// Returns the only rows of a table that can meet the condition, if it names the jobs.
+    fn rows_sought(&self, table: &dyn TabledRows) -> Result<Option<Vec<usize>>, AnswerError> {
+        let typed = table.columns().iter();
+        let typed: Vec<FilteredColumn<'_>> =
+            typed.map(|c| FilteredColumn { name: &c.name, cells: c.cells }).collect();
+        let texts = self.filter.as_ref().and_then(|filter| sought_texts(filter, &typed, "key"));
+        let Some(texts) = texts else { return Ok(None) };
+        let mut rows = Vec::new();
+        // A text that is spelled otherwise is no job's key.
+        for key in texts.iter().filter_map(|text| text.parse::<JobKey>().ok()) {
+            rows.extend(table.rows_of(&key).map_err(AnswerError::Records)?);
+        }
+        rows.sort_unstable();
+        rows.dedup();
+        Ok(Some(rows))
     }
 
     fn chosen(&self, mut table: DataTable) -> Result<DataTable, AnswerError> {
@@ -102,7 +171,7 @@ impl Selection {
     pub fn gathered(
         &self,
         study: &Study,
-        source: &dyn Records,
+        source: RowSource<'_>,
         most: usize,
     ) -> Result<Option<(DataTable, Accounts)>, AnswerError> {
         self.check(study)?;
@@ -141,7 +210,7 @@ impl Selection {
     pub fn visit<E: From<AnswerError>>(
         &self,
         study: &Study,
-        source: &dyn Records,
+        source: RowSource<'_>,
         mut visitor: impl FnMut(&DataTable) -> Result<(), E>,
     ) -> Result<Accounts, E> {
         self.visit_while(study, source, &mut |block| visitor(block).map(|()| true))
@@ -151,22 +220,16 @@ impl Selection {
     fn visit_while<E: From<AnswerError>>(
         &self,
         study: &Study,
-        source: &dyn Records,
+        source: RowSource<'_>,
         visitor: &mut dyn FnMut(&DataTable) -> Result<bool, E>,
     ) -> Result<Accounts, E> {
         self.check(study)?;
         // Each of some hundred columns takes 32 bytes of a row.
-        let mut columns = self.all_columns(study);
-        columns.retain(|column| self.mentions(column));
+        let columns = self.mentioned_columns(study);
         let mut chosen =
             self.chosen(DataTable::new(heads(&columns), Vec::new()).map_err(AnswerError::from)?)?;
         let mut goes_on = true;
-        let accounts = block::visit(study, source, POINTS_AT_ONCE, &mut |block| {
-            let table = match self.steps {
-                true => increments(&columns, block.accounts, block.computed())?,
-                false => DataTable::new(heads(&columns), block.rows(&columns))
-                    .map_err(AnswerError::from)?,
-            };
+        let mut add = |table: DataTable| {
             let more = self.chosen(table).map_err(|error| suggested(error, study))?;
             chosen = std::mem::replace(&mut chosen, more.without_rows()).followed_by(more);
             if chosen.rows().len() * chosen.columns().len() >= CELLS_OF_A_BLOCK {
@@ -174,7 +237,38 @@ impl Selection {
                 chosen = chosen.without_rows();
             }
             Ok::<bool, E>(goes_on)
-        })?;
+        };
+        let accounts = match source {
+            RowSource::Records { records, keeper } => {
+                let tabled = tabled_columns(study);
+                keeper.into_iter().for_each(|keeper| keeper.begin(&tabled));
+                let accounts = block::visit(study, records, POINTS_AT_ONCE, &mut |block| {
+                    keeper.into_iter().for_each(|keeper| block.keep(&tabled, keeper));
+                    add(match self.steps {
+                        true => increments(&columns, block.accounts, block.computed())?,
+                        false => DataTable::new(heads(&columns), block.rows(&columns))
+                            .map_err(AnswerError::from)?,
+                    })
+                })?;
+                keeper.filter(|_| goes_on).into_iter().for_each(|keeper| keeper.end(&accounts));
+                accounts
+            }
+            RowSource::Table(table) => {
+                let rows = self.rows_sought(table)?;
+                let count = rows.as_ref().map_or(table.row_count(), Vec::len);
+                for start in (0..count).step_by(POINTS_AT_ONCE) {
+                    let end = count.min(start + POINTS_AT_ONCE);
+                    let numbers = match &rows {
+                        Some(rows) => rows[start..end].to_vec(),
+                        None => (start..end).collect(),
+                    };
+                    if !add(rows_of_table(table, &columns, &numbers)?)? {
+                        break;
+                    }
+                }
+                table.accounts()
+            }
+        };
         if goes_on {
             visitor(&chosen)?;
         }
@@ -209,6 +303,19 @@ impl Selection {
         let columns: Result<Vec<_>, AnswerError> = self.columns.iter().map(typed).collect();
         columns.map_err(|error| suggested(error, study))
     }
+}
+
+/// Reads some rows of a table, with some of its columns.
+fn rows_of_table(
+    table: &dyn TabledRows,
+    columns: &[Column],
+    rows: &[usize],
+) -> Result<DataTable, AnswerError> {
+    let number = |column: &Column| table.columns().iter().position(|has| has.name == column.name);
+    let numbers: Option<Vec<usize>> = columns.iter().map(number).collect();
+    let numbers = numbers.ok_or(AnswerError::Inconsistent("the table lacks a column"))?;
+    let rows = table.rows(&numbers, rows).map_err(AnswerError::Records)?;
+    Ok(DataTable::new(heads(columns), rows)?)
 }
 
 /// Returns the error about a column that is not there with the column that others call so, unless

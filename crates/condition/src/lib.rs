@@ -80,6 +80,12 @@ impl Condition {
         evaluate::truth(&self.expression, value)
     }
 
+    /// Returns the texts of which the name with an index has one wherever the condition holds;
+    /// `None` if it may hold for other values as well.
+    pub fn texts_of(&self, index: usize) -> Option<Vec<&str>> {
+        self.expression.texts_of(index)
+    }
+
     /// Returns whether the condition uses the name with an index.
     pub fn uses(&self, index: usize) -> bool {
         self.expression.uses(index)

@@ -121,6 +121,34 @@ impl Expression {
         format!("{} is {}", self.label, self.kind.name())
     }
 
+    /// Returns the texts of which the name with an index has one wherever the expression is true;
+    /// `None` if it may be true for other values as well.
+    pub(crate) fn texts_of(&self, index: usize) -> Option<Vec<&str>> {
+        let is_name = |a: &Expression| matches!(a.node, ExpressionNode::Column(i) if i == index);
+        match &self.node {
+            ExpressionNode::Compare(Relation::Equal, a, b) if is_name(a) => Some(vec![b.text()?]),
+            ExpressionNode::Compare(Relation::Equal, a, b) if is_name(b) => Some(vec![a.text()?]),
+            ExpressionNode::In(a, members) if is_name(a) => {
+                members.iter().map(Expression::text).collect()
+            }
+            ExpressionNode::And(a, b) => a.texts_of(index).or_else(|| b.texts_of(index)),
+            ExpressionNode::Or(a, b) => {
+                let mut texts = a.texts_of(index)?;
+                texts.extend(b.texts_of(index)?);
+                Some(texts)
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns the text that the expression is.
+    fn text(&self) -> Option<&str> {
+        match &self.node {
+            ExpressionNode::Constant(FilterValue::Text(text)) => Some(text),
+            _ => None,
+        }
+    }
+
     /// Returns whether the expression uses the name with an index.
     pub(crate) fn uses(&self, index: usize) -> bool {
         match &self.node {

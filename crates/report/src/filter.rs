@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 use condition::{Condition, ConditionNames, FilterError, FilterValue, UnknownColumn, ValueKind};
 
-use crate::table::{Cell, DataTable};
+use crate::table::{Cell, CellType, DataTable};
 
 impl DataTable {
     /// Returns the rows for which an expression holds, in their order.
@@ -93,6 +93,51 @@ impl ConditionNames for DataTable {
     }
 }
 
+/// A column whose cells are all of one type, where they are not missing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FilteredColumn<'c> {
+    /// The name.
+    pub name: &'c str,
+    /// The type; `None` if the column mixes types, or if every cell is missing.
+    pub cells: Option<CellType>,
+}
+
+/// Returns the texts of which a column of texts has one in each row for which an expression holds;
+/// `None` if it may hold for other rows as well, or if it is not known to have a meaning for every
+/// row of a table with these columns.
+pub fn sought_texts(
+    expression: &str,
+    columns: &[FilteredColumn<'_>],
+    column: &str,
+) -> Option<Vec<String>> {
+    let condition = Condition::new(expression, &TypedNames(columns)).ok()?;
+    // In a row of another type the condition could be a mistake.
+    if (0..columns.len()).any(|index| columns[index].cells.is_none() && condition.uses(index)) {
+        return None;
+    }
+    let sought = columns.iter().position(|typed| typed.name == column)?;
+    let texts = condition.texts_of(sought)?;
+    Some(texts.into_iter().map(str::to_owned).collect())
+}
+
+/// The names of columns whose types are known.
+struct TypedNames<'c>(&'c [FilteredColumn<'c>]);
+
+impl ConditionNames for TypedNames<'_> {
+    fn find(&self, name: &str) -> Result<usize, UnknownColumn> {
+        self.0.iter().position(|column| column.name == name).ok_or_else(UnknownColumn::default)
+    }
+
+    fn kind(&self, index: usize) -> ValueKind {
+        match self.0[index].cells {
+            Some(CellType::Flag) => ValueKind::Truth,
+            Some(CellType::Integer | CellType::Number) => ValueKind::Number,
+            Some(CellType::Text) => ValueKind::Text,
+            None => ValueKind::Unknown,
+        }
+    }
+}
+
 /// Returns the value of a cell in a condition.
 fn value(cell: &Cell) -> FilterValue<'_> {
     match cell {
@@ -101,5 +146,43 @@ fn value(cell: &Cell) -> FilterValue<'_> {
         Cell::Flag(yes) => FilterValue::Truth(*yes),
         Cell::Text(text) => FilterValue::Text(Cow::Borrowed(text)),
         Cell::Missing => FilterValue::Missing,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_condition_says_which_texts_it_seeks() {
+        let column = |name, cells| FilteredColumn { name, cells };
+        let columns = [
+            column("key", Some(CellType::Text)),
+            column("mu", Some(CellType::Number)),
+            column("mesh", None),
+        ];
+        let sought = |expression: &str| sought_texts(expression, &columns, "key");
+        let texts = |texts: &[&str]| Some(texts.iter().map(|text| (*text).to_owned()).collect());
+        assert_eq!(sought("key == \"a\""), texts(&["a"]));
+        assert_eq!(sought("\"a\" == key && mu > 0.1"), texts(&["a"]));
+        assert_eq!(sought("mu > 0.1 && key in [\"a\", \"b\"]"), texts(&["a", "b"]));
+        assert_eq!(sought("key == \"a\" || key == \"b\" && mu > 0"), texts(&["a", "b"]));
+        let others = [
+            "mu > 0.1",
+            "key == \"a\" || mu > 0.1",
+            "key != \"a\"",
+            "!(key == \"a\")",
+            "key > \"a\"",
+            "key.startsWith(\"a\")",
+            "mu > 0.1 ? key == \"a\" : key == \"b\"",
+            // Of these the meaning is not known.
+            "key == \"a\" && mesh > 3",
+            "key == \"a\" && mu == \"b\"",
+            "key == \"a\" && other > 3",
+            "key ==",
+        ];
+        for other in others {
+            assert_eq!(sought(other), None, "{other}");
+        }
     }
 }

@@ -57,6 +57,7 @@ pub use field::{
     CutPlane, Field, FieldError, FieldGrid, SeriesFile, TerminalInk, Values, VtiError, field_csv,
     pvd, vti,
 };
+pub use filter::{FilteredColumn, sought_texts};
 pub use page::{
     JobColumn, JobMaps, JobTable, Page, PageBlock, PageFigure, PageSection, quantity_words,
 };
@@ -68,5 +69,5 @@ pub use plot::{
 pub use png::{PngError, png};
 pub use table::{
     Cell, CellType, DataTable, ParquetFault, ParquetFile, TableColumn, TableError, TerminalLayout,
-    TypedColumn, WiderCell,
+    TypedColumn, WiderCell, packed_cells, unpacked_cells,
 };

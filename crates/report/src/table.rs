@@ -7,12 +7,14 @@ mod cell;
 mod csv;
 mod error;
 mod json;
+mod packed;
 mod parquet;
 mod rows;
 mod terminal;
 
 pub use cell::Cell;
 pub use error::TableError;
+pub use packed::{packed_cells, unpacked_cells};
 pub use parquet::{CellType, ParquetFault, ParquetFile, TypedColumn, WiderCell};
 pub use rows::{DataTable, TableColumn};
 pub use terminal::TerminalLayout;

@@ -18,6 +18,7 @@ use crate::lock::{self, Acquired, Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
 use crate::record;
 use crate::sealed::SealedRecords;
+use crate::table::TableFolder;
 use crate::volume;
 
 /// The longest time for which an opening waits for a process that has taken the lock to say who it
@@ -85,6 +86,8 @@ pub(crate) struct Core {
     raised: Mutex<Option<Instant>>,
     // The words about studies are dropped, and so written, after the database was closed.
     pub(crate) kept: OpenWords,
+    // The tables that no word names are removed after that.
+    _tables: TableFolder,
     // The lock is dropped last, unless somebody goes on holding it.
     pub(crate) lock: Arc<Lock>,
 }
@@ -134,6 +137,7 @@ impl Core {
             manifest: Mutex::new(manifest),
             raised: Mutex::new(None),
             kept,
+            _tables: TableFolder { store: directory.to_owned() },
             lock: Arc::new(lock),
         };
         core.records.database.sync().map_err(failed)?;

@@ -34,6 +34,9 @@ use crate::traces::Traces;
 /// The name of the file in the directory of a store.
 pub(crate) const FILE: &str = "kept";
 
+/// The name of the list of tables in the directory of a store.
+pub(crate) const TABLES: &str = "tables/list";
+
 const MAGIC: &[u8] = b"tribosweep kept 1\n";
 
 /// The largest file that is read \[bytes\].
@@ -55,12 +58,12 @@ pub struct KeptWords {
 }
 
 /// The words about studies by their names.
-type AllWords = BTreeMap<String, KeptWords>;
+pub(crate) type AllWords = BTreeMap<String, KeptWords>;
 
-/// Returns the words that hold for the store in `directory` as it is now; none if any process has
-/// changed it since they were written, or may be changing it.
-pub(crate) fn read(directory: &Path) -> AllWords {
-    let Ok(bytes) = read_within(&directory.join(FILE), LIMIT) else { return AllWords::new() };
+/// Returns the words in a file that hold for the store in `directory` as it is now; none if any
+/// process has changed it since they were written, or may be changing it.
+pub(crate) fn read(directory: &Path, file: &str) -> AllWords {
+    let Ok(bytes) = read_within(&directory.join(file), LIMIT) else { return AllWords::new() };
     match (decode(&bytes), Traces::of(directory)) {
         (Some((marks, words)), Ok(now)) if now.is_same(&marks) => words,
         _ => AllWords::new(),
@@ -76,24 +79,45 @@ fn decode(bytes: &[u8]) -> Option<(Traces, AllWords)> {
     (length == body.len()).then_some(read)
 }
 
+/// Writes words to a file of the store in `directory`, with the marks that the database had when
+/// they were right.
+pub(crate) fn write(
+    directory: &Path,
+    file: &str,
+    marks: &Traces,
+    words: &AllWords,
+) -> io::Result<()> {
+    let body =
+        bincode::serde::encode_to_vec((marks, words), standard()).map_err(io::Error::other)?;
+    let bytes = [MAGIC, &Digest::of(&body).0, &body].concat();
+    durable::write(&directory.join(file), &bytes)
+}
+
 /// The words of a store that is open for writing. When this is dropped, after the database was
 /// closed, they are written.
 pub(crate) struct OpenWords {
     directory: PathBuf,
     words: Mutex<AllWords>,
+    /// The words about tables.
+    tables: Mutex<AllWords>,
     /// The store was opened, so that its records are as they were.
     is_open: AtomicBool,
 }
 
 impl OpenWords {
-    /// Takes the words that hold, before the database is opened, and their file away.
+    /// Takes the words that hold, before the database is opened, and their files away.
     ///
     /// # Errors
-    /// The file cannot be removed.
+    /// A file cannot be removed.
     pub(crate) fn take(directory: &Path) -> io::Result<OpenWords> {
-        let words = Mutex::new(read(directory));
+        let words = OpenWords {
+            directory: directory.to_owned(),
+            words: Mutex::new(read(directory, FILE)),
+            tables: Mutex::new(read(directory, TABLES)),
+            is_open: AtomicBool::new(false),
+        };
         remove(directory)?;
-        Ok(OpenWords { directory: directory.to_owned(), words, is_open: AtomicBool::new(false) })
+        Ok(words)
     }
 
     /// Notes that the store was opened and has all its records. What was known of one that cannot
@@ -102,13 +126,14 @@ impl OpenWords {
         self.is_open.store(true, Ordering::Relaxed);
     }
 
-    fn words(&self) -> MutexGuard<'_, AllWords> {
-        self.words.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Returns the words of both files, those about tables last.
+    fn both(&self) -> [MutexGuard<'_, AllWords>; 2] {
+        [&self.words, &self.tables].map(lock)
     }
 
     /// Keeps words about a study, unless there are too many.
     pub(crate) fn set(&self, study: &str, words: KeptWords) {
-        let mut all = self.words();
+        let mut all = lock(&self.words);
         match words.words.len() <= MOST_WORDS {
             true => drop(all.insert(study.to_owned(), words)),
             false => drop(all.remove(study)),
@@ -117,25 +142,27 @@ impl OpenWords {
 
     /// Forgets what records that come may make wrong.
     pub(crate) fn records_come(&self) {
-        self.words().retain(|_, words| words.is_final);
+        self.both().iter_mut().for_each(|all| all.retain(|_, words| words.is_final));
     }
 
     /// Forgets everything, since records change or go.
     pub(crate) fn forget(&self) {
-        self.words().clear();
+        self.both().iter_mut().for_each(|all| all.clear());
     }
 
     fn write(&self) -> io::Result<()> {
-        let words = self.words();
-        if words.is_empty() || !self.is_open.load(Ordering::Relaxed) {
+        let [words, tables] = self.both();
+        if !self.is_open.load(Ordering::Relaxed) || words.is_empty() && tables.is_empty() {
             return Ok(());
         }
         wait_for_end(&self.directory);
         let Ok(marks) = Traces::of(&self.directory) else { return Ok(()) };
-        let body = bincode::serde::encode_to_vec((&marks, &*words), standard())
-            .map_err(io::Error::other)?;
-        let bytes = [MAGIC, &Digest::of(&body).0, &body].concat();
-        durable::write(&self.directory.join(FILE), &bytes)
+        for (file, words) in [(FILE, words), (TABLES, tables)] {
+            if !words.is_empty() {
+                write(&self.directory, file, &marks, &words)?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -144,6 +171,10 @@ impl Drop for OpenWords {
         // What is not written is learnt again.
         let _ = self.write();
     }
+}
+
+fn lock(all: &Mutex<AllWords>) -> MutexGuard<'_, AllWords> {
+    all.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Waits until the database, which was closed, lets go of its files: a background thread does so.
@@ -163,11 +194,16 @@ fn wait_for_end(directory: &Path) {
 }
 
 /// Removes the words from the store in `directory`, whose lock is held. A directory in their place
-/// holds none and stays.
+/// holds none and stays, and so does a file in the place of their folder.
 pub(crate) fn remove(directory: &Path) -> io::Result<()> {
-    use io::ErrorKind::{IsADirectory, NotFound};
-    match fs::remove_file(directory.join(FILE)) {
-        Err(error) if !matches!(error.kind(), NotFound | IsADirectory) => Err(error),
-        _ => Ok(()),
+    use io::ErrorKind::{IsADirectory, NotADirectory, NotFound};
+    for file in [FILE, TABLES] {
+        match fs::remove_file(directory.join(file)) {
+            Err(error) if !matches!(error.kind(), NotFound | IsADirectory | NotADirectory) => {
+                return Err(error);
+            }
+            _ => {}
+        }
     }
+    Ok(())
 }

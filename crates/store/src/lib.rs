@@ -11,6 +11,9 @@
 //! - `lock`: a file that is locked by the process that writes the store, and that says who it is
 //!   and where it answers readers. Only its owner may open it.
 //!
+//! - `kept` and `tables/`: what was learnt of the records, as words and as tables of studies. It
+//!   counts only as long as the database has not changed, and may be lost.
+//!
 //! - `shards.json`: the shards of studies whose exports were merged into the store. It only serves
 //!   words about what is missing, and may be lost.
 //!
@@ -76,6 +79,7 @@ mod sealed;
 mod serve;
 mod sorted;
 mod store;
+mod table;
 mod traces;
 mod verify;
 mod volume;
@@ -97,5 +101,6 @@ pub use reader::{CopyReason, RecordOrigin, StoreReader};
 pub use rules::{Examination, LostCompanion, MergeRules, RecordRank, References};
 pub use salvage::Salvage;
 pub use store::Store;
+pub use table::{KeptTable, TableBuilder};
 pub use verify::{CompactError, Compaction, Verification};
 pub use wire::is_message;

@@ -22,6 +22,7 @@ use crate::parts;
 use crate::replica::Replica;
 use crate::rules::MergeRules;
 use crate::serve::first_records;
+use crate::table::TableBuilder;
 use crate::wire::{KEYS_PER_REQUEST, ReadRequest, ReadResponse};
 
 /// The number of processes that may end one after the other while one question is asked.
@@ -407,6 +408,18 @@ impl StoreReader {
                 _ => Err(nonsense(connection)),
             }
         })
+    }
+
+    /// Begins a table of a study with so many columns, beside the records that this reader shows;
+    /// `None` where none can be kept: the records come from a process or from exports, or the store
+    /// was being changed, is somebody else's or has no room.
+    pub fn table_builder(&self, columns: usize) -> Option<TableBuilder> {
+        match &*self.source() {
+            Backing::Disk { replica, origin: RecordOrigin::Disk } if self.exports_beside == 0 => {
+                TableBuilder::new(&self.directory, columns, replica.marks()?.clone()).ok()
+            }
+            _ => None,
+        }
     }
 
     /// Returns the exports that are read, in the order of their names. A store has none.

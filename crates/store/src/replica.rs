@@ -93,6 +93,11 @@ impl Replica {
         }
     }
 
+    /// Returns the marks that the store had while it was copied, if nothing changed meanwhile.
+    pub(crate) fn marks(&self) -> Option<&Traces> {
+        self.traces.as_ref()
+    }
+
     /// Returns true if nothing has changed in the store in `directory` since it was copied.
     pub(crate) fn is_current(&self, directory: &Path) -> bool {
         let is_same = |then: &Traces| Traces::of(directory).is_ok_and(|now| now.is_same(then));

@@ -4,6 +4,7 @@
 //! The specification is at <https://w3id.org/ro/crate/1.1>. The directory takes its place when it
 //! is whole. Nothing in it depends on the time or the place of writing.
 
+use std::borrow::Cow;
 use std::fs::{self, File, Permissions};
 use std::io::ErrorKind;
 use std::os::unix::fs::PermissionsExt;
@@ -216,8 +217,10 @@ impl Contents<'_> {
             let mut selection = Selection { steps, ..Selection::default() };
             let all = selection.all_columns(results.study()).into_iter();
             selection.columns = all.map(|column| column.name.into_owned()).collect();
-            let rows =
-                TableRows::Whole { table: selection.of(results)?, accounts: results.accounts() };
+            let rows = TableRows::Whole {
+                table: selection.of(results)?,
+                accounts: Cow::Borrowed(results.accounts()),
+            };
             let columns = selection.typed_columns(results.study())?;
             let [parquet, csv] =
                 ["parquet", "csv"].map(|end| PathBuf::from(format!("{stem}.{end}")));

@@ -1,6 +1,6 @@
 //! Results that are read in blocks say what results in memory say.
 
-use answers::{Results, Selection};
+use answers::{Results, RowSource, Selection};
 use study::{Figure, Study};
 
 use crate::shelf::Shelf;
@@ -59,6 +59,7 @@ fn rows_are_gathered_as_they_are_chosen_in_memory() {
     let mut shelf = Shelf::default();
     shelf.run(&study);
     let results = Results::read(study.clone(), &shelf).unwrap();
+    let source = RowSource::Records { records: &shelf, keeper: None };
     for (filter, sort) in [
         (None, vec![]),
         (Some("mesh == 6"), vec!["-load", "mu"]),
@@ -70,9 +71,9 @@ fn rows_are_gathered_as_they_are_chosen_in_memory() {
             columns: ["stick_fraction", "mu"].map(str::to_owned).to_vec(),
             steps: false,
         };
-        let (gathered, _) = selection.gathered(&study, &shelf, 18).unwrap().unwrap();
+        let (gathered, _) = selection.gathered(&study, source, 18).unwrap().unwrap();
         assert_eq!(gathered, selection.of(&results).unwrap(), "{filter:?}");
     }
     let all = Selection { columns: vec!["mu".to_owned()], ..Selection::default() };
-    assert!(all.gathered(&study, &shelf, 17).unwrap().is_none(), "there are 18 rows");
+    assert!(all.gathered(&study, source, 17).unwrap().is_none(), "there are 18 rows");
 }

@@ -10,6 +10,7 @@ use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type as SchemaType;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, json};
 use thiserror::Error;
 
@@ -28,7 +29,7 @@ pub struct TypedColumn {
 }
 
 /// The type of the cells of a column. Flags and numbers together are texts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CellType {
     /// True or false.
     Flag,
@@ -218,18 +219,20 @@ impl<W: Write + Send> ParquetFile<W> {
 impl DataTable {
     /// Returns the widest type among the cells of a column; `None` if all are missing.
     pub fn widest(&self, column: usize) -> Option<CellType> {
-        self.cells(column).filter_map(cell_type).reduce(CellType::wider)
+        self.cells(column).filter_map(Cell::cell_type).reduce(CellType::wider)
     }
 }
 
-/// Returns the type of a cell that is not missing.
-fn cell_type(cell: &Cell) -> Option<CellType> {
-    match cell {
-        Cell::Integer(_) => Some(CellType::Integer),
-        Cell::Number(_) => Some(CellType::Number),
-        Cell::Flag(_) => Some(CellType::Flag),
-        Cell::Text(_) => Some(CellType::Text),
-        Cell::Missing => None,
+impl Cell {
+    /// Returns the type of the cell; `None` if it is missing.
+    pub fn cell_type(&self) -> Option<CellType> {
+        match self {
+            Cell::Integer(_) => Some(CellType::Integer),
+            Cell::Number(_) => Some(CellType::Number),
+            Cell::Flag(_) => Some(CellType::Flag),
+            Cell::Text(_) => Some(CellType::Text),
+            Cell::Missing => None,
+        }
     }
 }
 

@@ -179,6 +179,11 @@ impl Column {
         matches!(self.source, ColumnSource::Compared(_))
     }
 
+    /// Returns whether its values come from the account of the run that computed a result.
+    pub fn is_of_account(&self) -> bool {
+        matches!(self.source, ColumnSource::Account(_))
+    }
+
     /// Tells why it has no values while a study still chooses its points; `None` if it has.
     pub fn unknown_in_choosing(&self) -> Option<String> {
         let name = &self.name;

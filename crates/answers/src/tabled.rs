@@ -1,0 +1,69 @@
+//! The rows of a study as a table that is kept beside its records.
+
+use identity::JobKey;
+use report::{Cell, CellType};
+use study::{Column, Study};
+
+use crate::accounts::Accounts;
+use crate::records::RecordsError;
+
+/// The number of rows that are kept at once.
+pub const ROWS_OF_A_BLOCK: usize = 1024;
+
+/// A column of a table that was kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TabledColumn {
+    /// The name.
+    pub name: String,
+    /// The type of its cells; `None` if they are of several types, or all missing.
+    pub cells: Option<CellType>,
+}
+
+/// A table of every point of a study, in their order, that was made of its records.
+pub trait TabledRows {
+    /// Returns the number of rows.
+    fn row_count(&self) -> usize;
+
+    /// Returns the columns that the table has.
+    fn columns(&self) -> &[TabledColumn];
+
+    /// Returns the cells that some rows have in some columns, both by their numbers. The numbers of
+    /// the rows ascend.
+    ///
+    /// # Errors
+    /// The table is damaged, or cannot be read.
+    fn rows(&self, columns: &[usize], rows: &[usize]) -> Result<Vec<Vec<Cell>>, RecordsError>;
+
+    /// Returns the numbers of the rows of a job in ascending order. There may be others among them.
+    ///
+    /// # Errors
+    /// The table is damaged, or cannot be read.
+    fn rows_of(&self, key: &JobKey) -> Result<Vec<usize>, RecordsError>;
+
+    /// Returns the accounts of the runs that computed the results.
+    fn accounts(&self) -> Accounts;
+}
+
+/// A place that keeps the rows of a study as they are made of its records.
+pub trait RowKeeper {
+    /// Begins a table with these columns, in place of what was begun before.
+    fn begin(&self, columns: &[Column]);
+
+    /// Returns whether rows are kept; they are not if they cannot be.
+    fn is_keeping(&self) -> bool;
+
+    /// Keeps the rows of the next points, given with the keys of their jobs: [`ROWS_OF_A_BLOCK`] of
+    /// them, or fewer at the end.
+    fn keep(&self, keys: &[JobKey], rows: &[Vec<Cell>]);
+
+    /// Ends the table, which has all points, with the accounts of the runs that computed them.
+    fn end(&self, accounts: &Accounts);
+}
+
+/// Returns the columns of a study that a table has: those whose values follow from a point and its
+/// record alone.
+pub fn tabled_columns(study: &Study) -> Vec<Column> {
+    let mut columns = study.columns();
+    columns.retain(|column| !column.is_compared() && !column.is_of_account());
+    columns
+}

@@ -1,0 +1,297 @@
+//! The table that a store keeps of a study's rows, so that a query need not read its records.
+//!
+//! A table is the study's as long as the records, the definition of the study, the physics and the
+//! program are those with which it was made. It has the columns that follow from a point and its
+//! record alone.
+
+use std::cell::RefCell;
+use std::io;
+use std::path::Path;
+
+use answers::{
+    Accounts, ROWS_OF_A_BLOCK, RecordsError, RowKeeper, TabledColumn, TabledRows, tabled_columns,
+};
+use anyhow::{Context, Result};
+use identity::JobKey;
+use rayon::prelude::*;
+use report::{Cell, CellType, packed_cells, unpacked_cells};
+use serde::{Deserialize, Serialize};
+use store::{Blobs, Digest, Glance, KeptTable, StoreReader, TableBuilder};
+use study::job::PHYSICS_VERSION;
+use study::{Column, Study};
+
+use crate::machine::build_words;
+use crate::stored::account;
+
+/// The version of the form of the tables.
+const FORM: u32 = 1;
+
+const _: () = assert!(ROWS_OF_A_BLOCK == KeptTable::BLOCK);
+
+/// The words at the head of a table.
+#[derive(Deserialize, Serialize)]
+struct TableCaption {
+    /// The names of the columns with the types of their cells.
+    columns: Vec<(String, CellsSoFar)>,
+    /// The usual columns of the study, if they were known and follow from these rows alone.
+    usual: Option<Vec<String>>,
+    /// The digests of the accounts of the runs that computed the results.
+    runs: Vec<[u8; 32]>,
+}
+
+/// The type that the cells of a column have had so far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+enum CellsSoFar {
+    /// All were missing.
+    Missing,
+    /// All had this type, or were missing.
+    Alike(CellType),
+    /// There were texts, numbers or flags beside each other.
+    Mixed,
+}
+
+impl CellsSoFar {
+    /// Returns the type of cells of which one more has come.
+    fn with(self, cell: &Cell) -> Self {
+        use CellType::{Integer, Number};
+        match (self, cell.cell_type()) {
+            (before, None) => before,
+            (Self::Missing, Some(cells)) => Self::Alike(cells),
+            (Self::Alike(before), Some(cells)) if before == cells => self,
+            (Self::Alike(Integer | Number), Some(Integer | Number)) => Self::Alike(Number),
+            _ => Self::Mixed,
+        }
+    }
+}
+
+/// Returns the digest of all that a table depends on beside the records.
+fn meaning(definition: &Digest) -> Digest {
+    let words = format!("{FORM} {PHYSICS_VERSION} {definition} {}", build_words());
+    Digest::of(words.as_bytes())
+}
+
+/// A table of a study that holds.
+pub(crate) struct StudyTable {
+    table: KeptTable,
+    columns: Vec<TabledColumn>,
+    usual: Option<Vec<String>>,
+    runs: Vec<[u8; 32]>,
+    blobs: Blobs,
+}
+
+impl StudyTable {
+    /// Opens the table of a study in a store that no process is writing, and reads the study;
+    /// `None` if there is no table that holds.
+    pub(crate) fn of(directory: &Path, name: &str) -> Option<(StudyTable, Study)> {
+        Self::at_a_glance(&Glance::at(directory)?, name)
+    }
+
+    /// Opens the table of a study that a glance shows, and reads the study.
+    pub(crate) fn at_a_glance(glance: &Glance, name: &str) -> Option<(StudyTable, Study)> {
+        let definition = glance.definition(name)?;
+        let table = glance.table(name, &meaning(definition))?;
+        let decoded =
+            bincode::serde::decode_from_slice(table.caption(), bincode::config::standard());
+        let (TableCaption { columns, usual, runs }, _) = decoded.ok()?;
+        let bytes = glance.blobs().get(definition).ok()??;
+        let study = Study::from_large_definition(&bytes).ok()?;
+        let names = tabled_columns(&study);
+        let is_same = table.column_count() == columns.len()
+            && columns.iter().map(|(name, _)| name).eq(names.iter().map(|column| &*column.name));
+        if !is_same {
+            return None;
+        }
+        let column = |(name, cells)| TabledColumn {
+            name,
+            cells: match cells {
+                CellsSoFar::Alike(cells) => Some(cells),
+                CellsSoFar::Missing | CellsSoFar::Mixed => None,
+            },
+        };
+        let columns = columns.into_iter().map(column).collect();
+        Some((StudyTable { table, columns, usual, runs, blobs: glance.blobs().clone() }, study))
+    }
+
+    /// Returns the usual columns of the study, if they are known.
+    pub(crate) fn usual_columns(&self) -> Option<&[String]> {
+        self.usual.as_deref()
+    }
+
+    /// Reads all cells of some columns, and fails if some of them are damaged.
+    pub(crate) fn verify(&self, columns: &[Column]) -> io::Result<()> {
+        let is_meant = |name: &str| columns.iter().any(|column| column.name == name);
+        let numbers =
+            (0..self.columns.len()).filter(|number| is_meant(&self.columns[*number].name));
+        numbers.collect::<Vec<_>>().into_par_iter().try_for_each(|n| self.table.verify_column(n))
+    }
+
+    /// Returns the rows with some numbers, all of one block.
+    fn rows_of_block(&self, columns: &[usize], rows: &[usize]) -> io::Result<Vec<Vec<Cell>>> {
+        let Some(block) = rows.first().map(|row| row / KeptTable::BLOCK) else {
+            return Ok(Vec::new());
+        };
+        let start = block * KeptTable::BLOCK;
+        let count = self.table.row_count().saturating_sub(start).min(KeptTable::BLOCK);
+        let mut cells = Vec::with_capacity(columns.len());
+        for column in columns {
+            let unpacked = unpacked_cells(&self.table.piece(*column, block)?, count);
+            cells.push(unpacked.ok_or_else(|| io::Error::other("the table has other cells"))?);
+        }
+        let mut made = Vec::with_capacity(rows.len());
+        for row in rows {
+            let taken = |cells: &mut Vec<Cell>| {
+                cells.get_mut(row - start).map(|cell| std::mem::replace(cell, Cell::Missing))
+            };
+            let row: Option<Vec<Cell>> = cells.iter_mut().map(taken).collect();
+            made.push(row.ok_or_else(|| io::Error::other("the table has no such row"))?);
+        }
+        Ok(made)
+    }
+}
+
+impl TabledRows for StudyTable {
+    fn row_count(&self) -> usize {
+        self.table.row_count()
+    }
+
+    fn columns(&self) -> &[TabledColumn] {
+        &self.columns
+    }
+
+    fn rows(&self, columns: &[usize], rows: &[usize]) -> Result<Vec<Vec<Cell>>, RecordsError> {
+        let blocks: Vec<&[usize]> =
+            rows.chunk_by(|a, b| a / KeptTable::BLOCK == b / KeptTable::BLOCK).collect();
+        let made: io::Result<Vec<_>> =
+            blocks.into_par_iter().map(|rows| self.rows_of_block(columns, rows)).collect();
+        Ok(made?.into_iter().flatten().collect())
+    }
+
+    fn rows_of(&self, key: &JobKey) -> Result<Vec<usize>, RecordsError> {
+        Ok(self.table.rows_of(key)?)
+    }
+
+    fn accounts(&self) -> Accounts {
+        let mut accounts = Accounts::default();
+        accounts.read_of(&self.runs, |run| account(&self.blobs, run));
+        accounts
+    }
+}
+
+/// The keeper of the table of a study whose records are read. What goes wrong costs the table
+/// alone, which is made another time.
+pub(crate) struct TableKeeper<'r> {
+    reader: &'r StoreReader,
+    name: String,
+    meaning: Digest,
+    /// The records that come later can change the table.
+    is_chosen: bool,
+    usual: RefCell<Option<Vec<String>>>,
+    draft: RefCell<Option<TableDraft>>,
+}
+
+/// A table that is being made.
+struct TableDraft {
+    builder: TableBuilder,
+    columns: Vec<(String, CellsSoFar)>,
+    status: Option<usize>,
+    /// Some point has no record.
+    has_gaps: bool,
+}
+
+impl<'r> TableKeeper<'r> {
+    /// Returns the keeper for a whole study in a store.
+    pub(crate) fn of(reader: &'r StoreReader, study: &Study) -> Self {
+        TableKeeper {
+            reader,
+            name: study.name().to_owned(),
+            meaning: meaning(&Digest::of(&study.definition())),
+            is_chosen: study.adaptive().is_some(),
+            usual: RefCell::default(),
+            draft: RefCell::default(),
+        }
+    }
+
+    /// Notes the usual columns of the study, which follow from its rows alone.
+    pub(crate) fn set_usual_columns(&self, names: Vec<String>) {
+        self.usual.replace(Some(names));
+    }
+
+    fn finish(&self, draft: TableDraft, accounts: &Accounts) -> Result<()> {
+        let TableDraft { builder, columns, has_gaps, .. } = draft;
+        let runs = accounts.listed().into_iter().map(|(run, _)| *run);
+        let usual = self.usual.borrow().clone();
+        let caption = TableCaption { columns, usual, runs: runs.collect() };
+        let caption = bincode::serde::encode_to_vec(caption, bincode::config::standard())?;
+        Ok(builder.finish(&self.name, &self.meaning, caption, !has_gaps && !self.is_chosen)?)
+    }
+}
+
+impl TableDraft {
+    fn add(&mut self, keys: &[JobKey], rows: &[Vec<Cell>]) -> Result<()> {
+        let pieces: Option<Vec<Vec<u8>>> = (0..self.columns.len())
+            .into_par_iter()
+            .map(|column| packed_cells(rows.iter().map(|row| &row[column])))
+            .collect();
+        for row in rows {
+            for ((_, cells), cell) in self.columns.iter_mut().zip(row) {
+                *cells = cells.with(cell);
+            }
+            self.has_gaps |= self.status.is_none_or(|status| row[status] == Cell::Missing);
+        }
+        Ok(self.builder.push(keys, &pieces.context("a text is too long")?)?)
+    }
+}
+
+impl RowKeeper for TableKeeper<'_> {
+    fn begin(&self, columns: &[Column]) {
+        let draft = self.reader.table_builder(columns.len()).map(|builder| TableDraft {
+            builder,
+            columns: columns
+                .iter()
+                .map(|column| (column.name.to_string(), CellsSoFar::Missing))
+                .collect(),
+            status: columns.iter().position(|column| column.name == "status"),
+            has_gaps: false,
+        });
+        self.draft.replace(draft);
+    }
+
+    fn is_keeping(&self) -> bool {
+        self.draft.borrow().is_some()
+    }
+
+    fn keep(&self, keys: &[JobKey], rows: &[Vec<Cell>]) {
+        let mut draft = self.draft.borrow_mut();
+        if draft.as_mut().is_some_and(|draft| draft.add(keys, rows).is_err()) {
+            draft.take();
+        }
+    }
+
+    fn end(&self, accounts: &Accounts) {
+        if let Some(draft) = self.draft.take() {
+            let _ = self.finish(draft, accounts);
+        }
+    }
+}
+
+/// Returns whether a study's usual columns follow from the rows that a table has.
+pub(crate) fn has_plain_columns(study: &Study) -> bool {
+    study.columns().iter().all(|column| !column.is_compared())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_alike_or_mixed() {
+        let of = |cells: &[Cell]| cells.iter().fold(CellsSoFar::Missing, CellsSoFar::with);
+        assert_eq!(of(&[Cell::Missing]), CellsSoFar::Missing);
+        assert_eq!(of(&[1.into(), Cell::Missing]), CellsSoFar::Alike(CellType::Integer));
+        assert_eq!(of(&[1.into(), 0.5.into()]), CellsSoFar::Alike(CellType::Number));
+        assert_eq!(of(&[0.5.into(), 1.into()]), CellsSoFar::Alike(CellType::Number));
+        assert_eq!(of(&["a".into(), "b".into()]), CellsSoFar::Alike(CellType::Text));
+        assert_eq!(of(&[1.into(), "b".into(), 1.into()]), CellsSoFar::Mixed);
+        assert_eq!(of(&[true.into(), 1.into()]), CellsSoFar::Mixed);
+    }
+}
