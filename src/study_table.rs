@@ -9,7 +9,8 @@ use std::io;
 use std::path::Path;
 
 use answers::{
-    Accounts, ROWS_OF_A_BLOCK, RecordsError, RowKeeper, TabledColumn, TabledRows, tabled_columns,
+    Accounts, Progress, ROWS_OF_A_BLOCK, RecordsError, RowKeeper, TabledColumn, TabledRows,
+    tabled_columns,
 };
 use anyhow::{Context, Result};
 use identity::JobKey;
@@ -18,13 +19,16 @@ use report::{Cell, CellType, packed_cells, unpacked_cells};
 use serde::{Deserialize, Serialize};
 use store::{Blobs, Digest, Glance, KeptTable, StoreReader, TableBuilder};
 use study::job::PHYSICS_VERSION;
-use study::{Column, Study};
+use study::{Column, Standing, Study};
 
 use crate::machine::build_words;
 use crate::stored::account;
 
 /// The version of the form of the tables.
 const FORM: u32 = 1;
+
+/// The number of rows that are counted at once.
+const ROWS_AT_ONCE: usize = 65_536;
 
 const _: () = assert!(ROWS_OF_A_BLOCK == KeptTable::BLOCK);
 
@@ -62,6 +66,14 @@ impl CellsSoFar {
             _ => Self::Mixed,
         }
     }
+
+    /// Returns the type of all cells that are not missing, if there is one.
+    fn all(self) -> Option<CellType> {
+        match self {
+            Self::Alike(cells) => Some(cells),
+            Self::Missing | Self::Mixed => None,
+        }
+    }
 }
 
 /// Returns the digest of all that a table depends on beside the records.
@@ -94,20 +106,16 @@ impl StudyTable {
             bincode::serde::decode_from_slice(table.caption(), bincode::config::standard());
         let (TableCaption { columns, usual, runs }, _) = decoded.ok()?;
         let bytes = glance.blobs().get(definition).ok()??;
-        let study = Study::from_large_definition(&bytes).ok()?;
+        // Every point was assembled when the table was made.
+        let study = Study::from_sound_definition(&bytes).ok()?;
         let names = tabled_columns(&study);
         let is_same = table.column_count() == columns.len()
             && columns.iter().map(|(name, _)| name).eq(names.iter().map(|column| &*column.name));
         if !is_same {
             return None;
         }
-        let column = |(name, cells)| TabledColumn {
-            name,
-            cells: match cells {
-                CellsSoFar::Alike(cells) => Some(cells),
-                CellsSoFar::Missing | CellsSoFar::Mixed => None,
-            },
-        };
+        let column =
+            |(name, cells): (String, CellsSoFar)| TabledColumn { name, cells: cells.all() };
         let columns = columns.into_iter().map(column).collect();
         Some((StudyTable { table, columns, usual, runs, blobs: glance.blobs().clone() }, study))
     }
@@ -115,6 +123,26 @@ impl StudyTable {
     /// Returns the usual columns of the study, if they are known.
     pub(crate) fn usual_columns(&self) -> Option<&[String]> {
         self.usual.as_deref()
+    }
+
+    /// Counts the points by how their jobs have ended; `None` if the table is damaged.
+    pub(crate) fn progress(&self, study: &Study) -> Option<Progress> {
+        let status = self.columns.iter().position(|column| column.name == "status")?;
+        let mut progress = Progress { excluded: study.excluded(), ..Progress::default() };
+        let certified = Standing::Certified.to_string();
+        for start in (0..self.row_count()).step_by(ROWS_AT_ONCE) {
+            let end = self.row_count().min(start + ROWS_AT_ONCE);
+            let rows = self.rows(&[status], &(start..end).collect::<Vec<_>>()).ok()?;
+            for cell in rows.iter().flatten() {
+                match cell {
+                    Cell::Missing => progress.left += 1,
+                    Cell::Text(status) if *status == certified => progress.done += 1,
+                    _ => progress.failed += 1,
+                }
+            }
+        }
+        progress.points = self.row_count();
+        Some(progress)
     }
 
     /// Reads all cells of some columns, and fails if some of them are damaged.
@@ -271,6 +299,81 @@ impl RowKeeper for TableKeeper<'_> {
         if let Some(draft) = self.draft.take() {
             let _ = self.finish(draft, accounts);
         }
+    }
+}
+
+/// The comparison of a table with the rows that are made of the records anew.
+pub(crate) struct TableProof<'t> {
+    table: &'t StudyTable,
+    seen: RefCell<SeenRows>,
+}
+
+/// The rows that were compared so far.
+#[derive(Default)]
+struct SeenRows {
+    rows: usize,
+    columns: Vec<CellsSoFar>,
+    differ: bool,
+    is_ended: bool,
+}
+
+impl<'t> TableProof<'t> {
+    /// Begins to compare a table.
+    pub(crate) fn of(table: &'t StudyTable) -> Self {
+        TableProof { table, seen: RefCell::default() }
+    }
+
+    /// Returns whether all rows were seen, and the table has these and no others.
+    pub(crate) fn holds(&self) -> bool {
+        let seen = self.seen.borrow();
+        seen.is_ended && !seen.differ
+    }
+
+    /// Returns whether the table has some rows, of which the first has the number `start`.
+    fn has(&self, start: usize, keys: &[JobKey], rows: &[Vec<Cell>]) -> io::Result<bool> {
+        let table = &self.table.table;
+        for column in 0..table.column_count() {
+            let packed = packed_cells(rows.iter().map(|row| &row[column]));
+            if packed != Some(table.piece(column, start / KeptTable::BLOCK)?) {
+                return Ok(false);
+            }
+        }
+        for (row, key) in (start..).zip(keys) {
+            if !table.rows_of(key)?.contains(&row) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+}
+
+impl RowKeeper for TableProof<'_> {
+    fn begin(&self, columns: &[Column]) {
+        let columns = vec![CellsSoFar::Missing; columns.len()];
+        self.seen.replace(SeenRows { columns, ..SeenRows::default() });
+    }
+
+    fn is_keeping(&self) -> bool {
+        !self.seen.borrow().differ
+    }
+
+    fn keep(&self, keys: &[JobKey], rows: &[Vec<Cell>]) {
+        let mut seen = self.seen.borrow_mut();
+        seen.differ |= !self.has(seen.rows, keys, rows).unwrap_or(false);
+        seen.rows += rows.len();
+        for row in rows {
+            seen.columns.iter_mut().zip(row).for_each(|(cells, cell)| *cells = cells.with(cell));
+        }
+    }
+
+    fn end(&self, accounts: &Accounts) {
+        let mut seen = self.seen.borrow_mut();
+        let types = self.table.columns.iter().map(|column| column.cells);
+        let runs = accounts.listed().into_iter().map(|(run, _)| run);
+        seen.differ |= seen.rows != self.table.row_count()
+            || !seen.columns.iter().map(|cells| cells.all()).eq(types)
+            || !runs.eq(&self.table.runs);
+        seen.is_ended = true;
     }
 }
 

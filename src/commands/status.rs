@@ -11,6 +11,7 @@ use crate::labels::{self, add_json};
 use crate::output::{self, Finish, layout};
 use crate::shard_states::StudyShards;
 use crate::stored::{StoreSource, read_store, stored_large_study};
+use crate::study_table::StudyTable;
 
 /// Lists studies with their numbers of points.
 pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
@@ -31,9 +32,8 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let all_labels = reader.labels()?;
     for name in &names {
         let labels = all_labels.get(name).cloned().unwrap_or_default();
-        let known = glance.as_ref().and_then(|glance| KeptStudy::at_a_glance(glance, name));
-        if let Some(kept) = known {
-            list.add_known(name, &kept, labels);
+        if let Some(counts) = glance.as_ref().and_then(|glance| StudyCounts::known(glance, name)) {
+            list.add_known(name, &counts, labels);
             continue;
         }
         let large = stored_large_study(&reader, name).ok().filter(|study| !study.is_listed());
@@ -77,7 +77,7 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     list.shown(args.json)
 }
 
-/// Lists the studies by what is kept in words about them; `None` if there is none about one.
+/// Lists the studies by what is kept of them; `None` if that does not tell the counts of one.
 fn known_list(args: &StatusArgs, glance: &Glance) -> Option<StatusList> {
     let names: Vec<&str> = match &args.name {
         Some(name) => vec![name],
@@ -85,7 +85,7 @@ fn known_list(args: &StatusArgs, glance: &Glance) -> Option<StatusList> {
     };
     let mut list = StatusList { is_empty: names.is_empty(), ..StatusList::default() };
     for name in names {
-        list.add_known(name, &KeptStudy::at_a_glance(glance, name)?, glance.labels(name));
+        list.add_known(name, &StudyCounts::known(glance, name)?, glance.labels(name));
     }
     Some(list)
 }
@@ -98,6 +98,25 @@ struct StudyCounts {
 }
 
 impl StudyCounts {
+    /// Returns the counts of a study that are kept in words, or else those of its table.
+    fn known(glance: &Glance, name: &str) -> Option<Self> {
+        if let Some(kept) = KeptStudy::at_a_glance(glance, name) {
+            return Some(StudyCounts {
+                progress: kept.progress(),
+                inaccurate: kept.inaccurate(),
+                question: kept.question().to_owned(),
+            });
+        }
+        let (table, study) = StudyTable::at_a_glance(glance, name)?;
+        // What a study chooses, and whether it is as accurate as was asked, is more than its rows.
+        let is_one = study.is_listed() || study.is_one_run() && study.is_plain();
+        if study.adaptive().is_some() || !is_one {
+            return None;
+        }
+        let progress = table.progress(&study)?;
+        Some(StudyCounts { progress, inaccurate: 0, question: study.question().to_owned() })
+    }
+
     /// Returns the entry and the row of a list of studies.
     fn listed(&self, name: &str) -> (serde_json::Value, Vec<Cell>) {
         let StudyCounts { progress, inaccurate, question } = self;
@@ -134,13 +153,8 @@ impl StatusList {
         self.labels.push(labels);
     }
 
-    /// Adds a study by what is kept about it.
-    fn add_known(&mut self, name: &str, kept: &KeptStudy, labels: StudyLabels) {
-        let counts = StudyCounts {
-            progress: kept.progress(),
-            inaccurate: kept.inaccurate(),
-            question: kept.question().to_owned(),
-        };
+    /// Adds a study of which no shards are known.
+    fn add_known(&mut self, name: &str, counts: &StudyCounts, labels: StudyLabels) {
         let (mut entry, row) = counts.listed(name);
         add_json(&mut entry, &labels);
         self.add(entry, row, labels);

@@ -6,7 +6,7 @@ mod gc;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use answers::{Proof, Results, bracket_ends, proof};
+use answers::{AnswerError, Proof, Results, RowSource, Selection, bracket_ends, proof};
 use anyhow::{Context, Result, anyhow};
 use contact::uniqueness::Question;
 use contact::uniqueness::monotony::{Contradiction, contradictions};
@@ -17,13 +17,14 @@ use store::{
     merge_into_export, require_mergeable,
 };
 use study::encoding::DecodeError;
-use study::{PointKeys, Record};
+use study::{PointKeys, Record, Study};
 
 use crate::cli::StoreCommand;
 use crate::kept_study::KeptStudy;
 use crate::merge_rules::{RULES, references};
 use crate::output::{self, Finish};
 use crate::stored::{StoreSource, read_store, stored_large_study};
+use crate::study_table::{StudyTable, TableProof};
 use crate::words::count;
 use crate::{merged, proposal};
 
@@ -118,7 +119,8 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
     faults.extend(found.damaged_exports);
     // No run brings these back, and no result is lost with them: they are said, and the code stays.
     let notes = merged::lost_accounts(&found.lost_companions);
-    let kept = prove_kept(store, sound);
+    let tables = prove_tables(store);
+    let kept = prove_kept(store, sound && tables.notes.is_empty());
     let is_exports = !store.exports().is_empty();
     if json {
         output::print_json(&serde_json::json!({
@@ -128,6 +130,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             "file_bytes": found.blob_bytes,
             "studies": found.studies,
             "kept_counts": { "proved": kept.proved, "notes": kept.notes },
+            "kept_tables": { "proved": tables.proved, "notes": tables.notes },
             "brackets_proved": deep.then_some(proved),
             "brackets_too_large": deep.then_some(too_large.len()),
             "records_of_other_versions": foreign,
@@ -156,7 +159,8 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             });
         }
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
-        notes.iter().chain(&kept.notes).for_each(|note| text += &format!("note: {note}\n"));
+        let kept_notes = kept.notes.iter().chain(&tables.notes);
+        notes.iter().chain(kept_notes).for_each(|note| text += &format!("note: {note}\n"));
         if !sound && is_exports {
             text += "to run their shards again computes what is damaged, and keeps the rest\n";
         } else if !sound {
@@ -191,12 +195,47 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
     Ok(if sound { Finish::AllDone } else { Finish::SomeFailed })
 }
 
-/// The outcome of proving what is kept in words about studies.
+/// The outcome of proving what is kept about studies.
 #[derive(Default)]
 struct KeptProof {
-    /// The number of studies whose words are right.
+    /// The number of studies of which it is right.
     proved: usize,
     notes: Vec<String>,
+}
+
+/// Makes the tables that are kept of studies anew, and compares them.
+fn prove_tables(store: &StoreReader) -> KeptProof {
+    let mut found = KeptProof::default();
+    let Some(glance) = Glance::at(store.blobs().store()) else { return found };
+    for name in glance.study_names() {
+        let Some((table, study)) = StudyTable::at_a_glance(&glance, name) else { continue };
+        match has_rows_of(&table, study, &StoreSource::Reader(store)) {
+            Ok(true) => found.proved += 1,
+            Ok(false) | Err(_) => found.notes.push(format!(
+                "the table that was kept of `{name}` is not right, and is forgotten"
+            )),
+        }
+    }
+    found
+}
+
+/// Returns whether a table has the rows that are made of the records of a study.
+fn has_rows_of(table: &StudyTable, study: Study, source: &StoreSource<'_>) -> Result<bool> {
+    let proof = TableProof::of(table);
+    let is_usual = |results: &Results<'_>| -> Result<bool> {
+        let Some(usual) = table.usual_columns() else { return Ok(true) };
+        Ok(results.usual_columns(false)? == usual)
+    };
+    if study.adaptive().is_some() || table.usual_columns().is_some() {
+        let results = Results::read(study, source)?;
+        results.keep_rows(&proof);
+        return Ok(is_usual(&results)? && proof.holds());
+    }
+    // No row is shown.
+    let none = Selection { filter: Some("false".to_owned()), ..Selection::default() };
+    let rows = RowSource::Records { records: source, keeper: Some(&proof) };
+    none.visit(&study, rows, |_| Ok::<(), AnswerError>(()))?;
+    Ok(proof.holds())
 }
 
 /// Counts the results of the studies about which words are kept, and forgets all words if some are

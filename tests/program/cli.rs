@@ -26,6 +26,7 @@ mod sensitivity;
 mod shards;
 mod store;
 mod submit;
+mod tables;
 mod upkeep;
 mod wear;
 mod wheel;

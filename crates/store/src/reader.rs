@@ -414,8 +414,12 @@ impl StoreReader {
     /// `None` where none can be kept: the records come from a process or from exports, or the store
     /// was being changed, is somebody else's or has no room.
     pub fn table_builder(&self, columns: usize) -> Option<TableBuilder> {
+        // Root may write anywhere.
+        let is_own = || access::other_owner(&self.directory).is_none();
         match &*self.source() {
-            Backing::Disk { replica, origin: RecordOrigin::Disk } if self.exports_beside == 0 => {
+            Backing::Disk { replica, origin: RecordOrigin::Disk }
+                if self.exports_beside == 0 && is_own() =>
+            {
                 TableBuilder::new(&self.directory, columns, replica.marks()?.clone()).ok()
             }
             _ => None,

@@ -22,6 +22,7 @@ use crate::reader::{StoreReader, is_there};
 use crate::rules::MergeRules;
 use crate::salvage::{Salvage, salvage};
 use crate::serve::{Listening, Server};
+use crate::table::TableFolder;
 
 /// A store that only this process has open, for reading and writing. Until it is dropped it answers
 /// the readers of other processes from threads of its own. All methods may be called from any
@@ -288,7 +289,7 @@ impl Store {
         self.core.kept.set(study, words);
     }
 
-    /// Forgets the words that are kept about all studies.
+    /// Forgets the words and the tables that are kept of all studies.
     ///
     /// # Errors
     /// [`OpenError`] if the store cannot be locked or written.
@@ -298,6 +299,7 @@ impl Store {
         })?;
         let holder = Holder::this_process(Some(listening.address.clone()), false);
         let _lock = lock_for_writing(directory, &holder)?;
+        let _tables = TableFolder { store: directory.to_owned() };
         kept::remove(directory)
             .map_err(|source| OpenError::io("write to", Wanted::Write, directory, source))
     }

@@ -59,6 +59,17 @@ impl Study {
     pub fn from_large_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
         read(bytes, Study::parse_sharded)
     }
+
+    /// Reads a [`definition`](Study::definition) like
+    /// [`from_large_definition`](Study::from_large_definition). This version of the program has found
+    /// before that all its points make sense, so they are not assembled again.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the bytes do not decode, or if the text in them is no study.
+    pub fn from_sound_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
+        read(bytes, Study::parse_found_sound)
+    }
 }
 
 /// A reader of a study's text, which gets its path and a reader of the files that it names.

@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::place::{Place, Said};
 
 /// A sphere that carries 300 N by friction at most: at the last two forces it slides.
-const PULLED: &str = r#"
+pub(crate) const PULLED: &str = r#"
 name = "pulled"
 question = "How does the stick zone shrink with the tangential force?"
 [scene]

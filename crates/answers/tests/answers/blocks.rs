@@ -1,7 +1,14 @@
 //! Results that are read in blocks say what results in memory say.
 
-use answers::{Results, RowSource, Selection};
-use study::{Figure, Study};
+use std::cell::RefCell;
+
+use answers::{
+    Accounts, AnswerError, RecordsError, Results, RowKeeper, RowSource, Selection, TabledColumn,
+    TabledRows, tabled_columns,
+};
+use identity::JobKey;
+use report::{Cell, CellType};
+use study::{Column, Figure, Study};
 
 use crate::shelf::Shelf;
 use crate::{SPHERES, parse};
@@ -76,4 +83,173 @@ fn rows_are_gathered_as_they_are_chosen_in_memory() {
     }
     let all = Selection { columns: vec!["mu".to_owned()], ..Selection::default() };
     assert!(all.gathered(&study, source, 17).unwrap().is_none(), "there are 18 rows");
+}
+
+/// A table in memory.
+#[derive(Default)]
+struct MemoryTable {
+    columns: Vec<TabledColumn>,
+    keys: Vec<JobKey>,
+    rows: Vec<Vec<Cell>>,
+    is_whole: bool,
+    /// The numbers of the rows that were read.
+    read: RefCell<Vec<usize>>,
+}
+
+#[derive(Default)]
+struct MemoryKeeper(RefCell<MemoryTable>);
+
+impl RowKeeper for MemoryKeeper {
+    fn begin(&self, columns: &[Column]) {
+        let column = |column: &Column| TabledColumn { name: column.name.to_string(), cells: None };
+        let columns = columns.iter().map(column).collect();
+        self.0.replace(MemoryTable { columns, ..MemoryTable::default() });
+    }
+
+    fn is_keeping(&self) -> bool {
+        true
+    }
+
+    fn keep(&self, keys: &[JobKey], rows: &[Vec<Cell>]) {
+        let mut table = self.0.borrow_mut();
+        table.keys.extend(keys);
+        table.rows.extend(rows.iter().cloned());
+    }
+
+    fn end(&self, _: &Accounts) {
+        let mut table = self.0.borrow_mut();
+        table.is_whole = true;
+        for index in 0..table.columns.len() {
+            let mut types: Vec<CellType> =
+                table.rows.iter().filter_map(|row| row[index].cell_type()).collect();
+            types.dedup();
+            table.columns[index].cells = types.first().copied().filter(|_| types.len() == 1);
+        }
+    }
+}
+
+impl TabledRows for MemoryTable {
+    fn row_count(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn columns(&self) -> &[TabledColumn] {
+        &self.columns
+    }
+
+    fn rows(&self, columns: &[usize], rows: &[usize]) -> Result<Vec<Vec<Cell>>, RecordsError> {
+        self.read.borrow_mut().extend(rows);
+        let row = |row: &usize| columns.iter().map(|c| self.rows[*row][*c].clone()).collect();
+        Ok(rows.iter().map(row).collect())
+    }
+
+    fn rows_of(&self, key: &JobKey) -> Result<Vec<usize>, RecordsError> {
+        Ok((0..self.keys.len()).filter(|row| self.keys[*row] == *key).collect())
+    }
+
+    fn accounts(&self) -> Accounts {
+        Accounts::default()
+    }
+}
+
+/// Returns what is chosen of rows that come one block after the other, or why nothing is.
+fn visited(selection: &Selection, study: &Study, source: RowSource<'_>) -> Result<String, String> {
+    let mut text = String::new();
+    let visited = selection.visit(study, source, |block| {
+        text += &block.csv();
+        Ok::<(), AnswerError>(())
+    });
+    visited.map(|_| text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn rows_of_a_table_are_chosen_as_those_of_the_records_are() {
+    let study = study();
+    let mut shelf = Shelf::default();
+    let points = shelf.run(&study).points;
+    shelf.fail(&points[4].key);
+    shelf.set_aside(&points[7].key);
+    shelf.make_older(&points[9].key);
+    let keeper = MemoryKeeper::default();
+    let records = RowSource::Records { records: &shelf, keeper: Some(&keeper) };
+    visited(&Selection::default(), &study, records).unwrap();
+    let table = keeper.0.take();
+    assert!(table.is_whole && table.rows.len() == 18);
+    let results = Results::read(study.clone(), &shelf).unwrap();
+    let other = MemoryKeeper::default();
+    results.keep_rows(&other);
+    let other = other.0.take();
+    assert_eq!((&other.rows, &other.columns), (&table.rows, &table.columns));
+    assert!(other.keys == table.keys && other.is_whole);
+    assert_eq!(tabled_columns(&study).len(), table.columns.len());
+
+    let key = |index: usize| points[index].key.to_string();
+    let filters = [
+        String::new(),
+        "mesh == 6".to_owned(),
+        "load > 1".to_owned(),
+        "load == null || status == \"failed\"".to_owned(),
+        "status.startsWith(\"c\") && mu < 0.3".to_owned(),
+        format!("key == \"{}\"", key(3)),
+        format!("key in [\"{}\", \"{}\", \"{}\"] && mu < 0.3", key(17), key(4), key(9)),
+        format!("key == \"{}\"", key(3).to_uppercase()),
+        format!("key == \"{}\" || mu > 0.3", key(3)),
+        format!("key == \"{}\" && mu > \"x\"", key(3)),
+        "key == \"nothing\"".to_owned(),
+        "mu > \"x\"".to_owned(),
+        "mush > 1".to_owned(),
+        "mu >".to_owned(),
+    ];
+    let choices: [&[&str]; 4] =
+        [&["mu", "load"], &["stick_fraction", "key", "reason"], &["status"], &["lode"]];
+    for filter in filters {
+        for columns in choices {
+            for sort in [&[][..], &["-load", "mu"], &["reason"]] {
+                let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect();
+                let selection = Selection {
+                    filter: Some(filter.clone()).filter(|filter| !filter.is_empty()),
+                    sort: words(sort),
+                    columns: words(columns),
+                    steps: false,
+                };
+                let name = format!("{selection:?}");
+                assert!(selection.is_in_table(&study, &table));
+                let records = RowSource::Records { records: &shelf, keeper: None };
+                let rows = RowSource::Table(&table);
+                let gathered = |source| {
+                    let gathered = selection.gathered(&study, source, 18);
+                    gathered.map(|found| found.unwrap().0).map_err(|error| error.to_string())
+                };
+                assert_eq!(gathered(rows), gathered(records), "{name}");
+                let whole = selection.of(&results).ok();
+                assert_eq!(selection.of_table(&study, &table).ok(), whole, "{name}");
+                let streamed = Selection { sort: Vec::new(), ..selection.clone() };
+                let (one, other) =
+                    (visited(&streamed, &study, rows), visited(&streamed, &study, records));
+                assert_eq!(one, other, "{name}");
+            }
+        }
+    }
+    // A condition that names jobs reads their rows alone.
+    let filter = Some(format!("mu < 5 && key in [\"{}\", \"{}\"]", key(12), key(3)));
+    let selection = Selection { filter, columns: vec!["mu".to_owned()], ..Selection::default() };
+    table.read.take();
+    assert_eq!(selection.of_table(&study, &table).unwrap().rows().len(), 2);
+    assert_eq!(table.read.take(), [3, 12]);
+    let steps = Selection { steps: true, ..selection };
+    assert!(!steps.is_in_table(&study, &table), "a table has no increments");
+}
+
+/// A table has no column whose values depend on more than a point and its record.
+#[test]
+fn a_table_lacks_what_is_compared_and_who_computed_it() {
+    let study = crate::convergence();
+    let names: Vec<String> =
+        tabled_columns(&study).iter().map(|column| column.name.to_string()).collect();
+    let has = |name: &str| names.iter().any(|has| has == name);
+    assert!(has("key") && has("load") && has("seconds") && has("run"));
+    assert!(!has("host") && !has("commit") && !has("processor"));
+    let compared = study.columns().into_iter().filter(Column::is_compared);
+    let compared: Vec<_> = compared.map(|column| column.name).collect();
+    assert!(!compared.is_empty() && compared.iter().all(|name| !has(name)));
 }

@@ -112,6 +112,7 @@ fn plays_its_part() {
     match part.as_str() {
         "write" => write(&directory, first),
         "keep" => keep(&directory, first),
+        "tabulate" => tabulate(&directory, first),
         "hold" => {
             let _store = Store::open(&directory).unwrap();
             say("open");
@@ -191,6 +192,22 @@ fn keep(directory: &Path, first: u64) {
         }
         drop(store);
         say(format!("kept {group}"));
+    }
+}
+
+/// Changes records and makes a table of all of them, again and again.
+fn tabulate(directory: &Path, first: u64) {
+    for group in 0.. {
+        let store = Store::open(directory).unwrap();
+        let start = first + 100 * group;
+        store.commit(&records(start..start + 3)).unwrap();
+        if group % 4 == 3 {
+            store.commit(&[(key(start), record(start + 50))]).unwrap();
+        }
+        drop(store);
+        say(format!("changed {group}"));
+        super::tables::make_table(directory, false);
+        say(format!("tabulated {group}"));
     }
 }
 

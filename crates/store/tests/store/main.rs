@@ -12,6 +12,7 @@ mod merge;
 mod model;
 mod readers;
 mod speed;
+mod tables;
 mod users;
 
 use identity::JobKey;
