@@ -60,9 +60,9 @@ impl Study {
         read(bytes, Study::parse_sharded)
     }
 
-    /// Reads a [`definition`](Study::definition) like
-    /// [`from_large_definition`](Study::from_large_definition). This version of the program has found
-    /// before that all its points make sense, so they are not assembled again.
+    /// Reads a [`definition`](Study::definition) that may be
+    /// [large](Study::from_large_definition). This version of the program has found before that all
+    /// its points make sense, so they are not assembled again.
     ///
     /// # Errors
     ///
