@@ -14,7 +14,7 @@ use anyhow::{Context, Result, bail};
 use contact::model::Fields;
 use contact::{Cancellation, FrictionProblem, Operators};
 use indicatif::BinaryBytes;
-use report::TableError;
+use report::{DataTable, TableError};
 use store::{OpenError, ReadError, StoreReader};
 use study::columns::Role;
 use study::{Column, DefinitionError, Job, MOST_POINTS, Study};
@@ -27,6 +27,7 @@ use crate::stored::{
     self, StoreSource, find_key, open_to_read, reader_notes, stored_large_study, study_with_files,
 };
 use crate::study_file::{parse_with_files, read_text};
+use crate::study_table::StudyTable;
 use crate::{fields, output};
 
 /// The text of a study with the files that stand nowhere else, by name. Other files that it names
@@ -278,6 +279,9 @@ impl ReadStore {
     /// There is no such study or column, a record cannot be read, or the condition cannot be
     /// evaluated.
     pub fn table(&self, name: &str, mut selection: Selection) -> Result<TypedTable> {
+        if let Some(table) = self.kept_table(name, selection.clone()) {
+            return Ok(table);
+        }
         let reader = self.reader()?;
         let source = StoreSource::Reader(&reader);
         let study = stored_large_study(&reader, name)?;
@@ -308,6 +312,34 @@ impl ReadStore {
         let mut table = TypedTable::new(selection.typed_columns(results.study())?);
         table.add(&selection.of(&results)?);
         Ok(table)
+    }
+
+    /// Returns what is chosen of the table that is kept of a study; `None` if that takes the
+    /// records, or if something is wrong with the choice, which they tell.
+    fn kept_table(&self, name: &str, mut selection: Selection) -> Option<TypedTable> {
+        let (table, study) = StudyTable::of(&self.directory, name)?;
+        if selection.columns.is_empty() {
+            selection.columns = match study.is_listed() {
+                true => table.usual_columns()?.to_vec(),
+                false => columns_of_any(&study),
+            };
+        }
+        if !selection.is_in_table(&study, &table) {
+            return None;
+        }
+        let mut typed = TypedTable::new(selection.typed_columns(&study).ok()?);
+        if selection.is_separable(&study) {
+            let add = |block: &DataTable| {
+                typed.add(block);
+                Ok::<(), AnswerError>(())
+            };
+            selection.visit(&study, RowSource::Table(&table), add).ok()?;
+        } else if study.is_listed() {
+            typed.add(&selection.of_table(&study, &table).ok()?);
+        } else {
+            return None;
+        }
+        Some(typed)
     }
 
     /// Returns the only key that begins with some characters.

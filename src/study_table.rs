@@ -2,15 +2,16 @@
 //!
 //! A table is the study's as long as the records, the definition of the study, the physics and the
 //! program are those with which it was made. It has the columns that follow from a point and its
-//! record alone.
+//! record alone; those of the accounts of runs are read of these.
 
 use std::cell::RefCell;
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::io;
 use std::path::Path;
 
 use answers::{
     Accounts, Progress, ROWS_OF_A_BLOCK, RecordsError, RowKeeper, TabledColumn, TabledRows,
-    tabled_columns,
+    cells_of_account, tabled_columns,
 };
 use anyhow::{Context, Result};
 use identity::JobKey;
@@ -18,6 +19,7 @@ use rayon::prelude::*;
 use report::{Cell, CellType, packed_cells, unpacked_cells};
 use serde::{Deserialize, Serialize};
 use store::{Blobs, Digest, Glance, KeptTable, StoreReader, TableBuilder};
+use study::account::run_name;
 use study::job::PHYSICS_VERSION;
 use study::{Column, Standing, Study};
 
@@ -85,7 +87,12 @@ fn meaning(definition: &Digest) -> Digest {
 /// A table of a study that holds.
 pub(crate) struct StudyTable {
     table: KeptTable,
+    /// The columns of the table, and behind them those that say by whom a result was computed.
     columns: Vec<TabledColumn>,
+    /// The cells of each column behind those of the table, by the name of the run.
+    of_runs: Vec<HashMap<String, Cell>>,
+    /// The column of the table with the name of the run.
+    run: usize,
     usual: Option<Vec<String>>,
     runs: Vec<[u8; 32]>,
     blobs: Blobs,
@@ -116,8 +123,51 @@ impl StudyTable {
         }
         let column =
             |(name, cells): (String, CellsSoFar)| TabledColumn { name, cells: cells.all() };
-        let columns = columns.into_iter().map(column).collect();
-        Some((StudyTable { table, columns, usual, runs, blobs: glance.blobs().clone() }, study))
+        let columns: Vec<TabledColumn> = columns.into_iter().map(column).collect();
+        let run = columns.iter().position(|column| column.name == "run")?;
+        let (of_runs, blobs) = (Vec::new(), glance.blobs().clone());
+        let mut table = StudyTable { table, columns, of_runs, run, usual, runs, blobs };
+        table.add_accounts(&study);
+        Some((table, study))
+    }
+
+    /// Adds the columns that say by whom a result was computed, unless two runs have one name.
+    fn add_accounts(&mut self, study: &Study) {
+        let accounts = self.accounts();
+        let listed = accounts.listed();
+        let names: HashSet<String> = listed.iter().map(|(run, _)| run_name(run)).collect();
+        if names.len() < listed.len() {
+            return;
+        }
+        for (name, _) in cells_of_account(study, None) {
+            self.columns.push(TabledColumn { name, cells: None });
+            self.of_runs.push(HashMap::new());
+        }
+        for (run, account) in listed {
+            let cells = cells_of_account(study, account).into_iter();
+            for (of_run, (_, cell)) in self.of_runs.iter_mut().zip(cells) {
+                of_run.insert(run_name(run), cell);
+            }
+        }
+    }
+
+    /// Returns the cells of a column in a block of so many rows.
+    fn cells(&self, column: usize, block: usize, count: usize) -> io::Result<Vec<Cell>> {
+        let other = || io::Error::other("the table has other cells");
+        let behind = column.checked_sub(self.table.column_count());
+        let stored = if behind.is_some() { self.run } else { column };
+        let mut cells =
+            unpacked_cells(&self.table.piece(stored, block)?, count).ok_or_else(other)?;
+        if let Some(behind) = behind {
+            let of_runs = self.of_runs.get(behind).ok_or_else(other)?;
+            for cell in &mut cells {
+                *cell = match cell {
+                    Cell::Text(run) => of_runs.get(run).cloned().ok_or_else(other)?,
+                    _ => Cell::Missing,
+                };
+            }
+        }
+        Ok(cells)
     }
 
     /// Returns the usual columns of the study, if they are known.
@@ -147,10 +197,13 @@ impl StudyTable {
 
     /// Reads all cells of some columns, and fails if some of them are damaged.
     pub(crate) fn verify(&self, columns: &[Column]) -> io::Result<()> {
-        let is_meant = |name: &str| columns.iter().any(|column| column.name == name);
-        let numbers =
-            (0..self.columns.len()).filter(|number| is_meant(&self.columns[*number].name));
-        numbers.collect::<Vec<_>>().into_par_iter().try_for_each(|n| self.table.verify_column(n))
+        let number = |column: &Column| {
+            let number = self.columns.iter().position(|has| has.name == column.name);
+            number.filter(|number| *number < self.table.column_count()).unwrap_or(self.run)
+        };
+        let numbers: BTreeSet<usize> = columns.iter().map(number).collect();
+        let numbers: Vec<usize> = numbers.into_iter().collect();
+        numbers.into_par_iter().try_for_each(|number| self.table.verify_column(number))
     }
 
     /// Returns the rows with some numbers, all of one block.
@@ -160,11 +213,9 @@ impl StudyTable {
         };
         let start = block * KeptTable::BLOCK;
         let count = self.table.row_count().saturating_sub(start).min(KeptTable::BLOCK);
-        let mut cells = Vec::with_capacity(columns.len());
-        for column in columns {
-            let unpacked = unpacked_cells(&self.table.piece(*column, block)?, count);
-            cells.push(unpacked.ok_or_else(|| io::Error::other("the table has other cells"))?);
-        }
+        let cells: io::Result<Vec<Vec<Cell>>> =
+            columns.iter().map(|column| self.cells(*column, block, count)).collect();
+        let mut cells = cells?;
         let mut made = Vec::with_capacity(rows.len());
         for row in rows {
             let taken = |cells: &mut Vec<Cell>| {
@@ -368,7 +419,8 @@ impl RowKeeper for TableProof<'_> {
 
     fn end(&self, accounts: &Accounts) {
         let mut seen = self.seen.borrow_mut();
-        let types = self.table.columns.iter().map(|column| column.cells);
+        let of_table = self.table.columns.iter().take(seen.columns.len());
+        let types = of_table.map(|column| column.cells);
         let runs = accounts.listed().into_iter().map(|(run, _)| run);
         seen.differ |= seen.rows != self.table.row_count()
             || !seen.columns.iter().map(|cells| cells.all()).eq(types)

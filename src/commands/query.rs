@@ -156,10 +156,13 @@ fn query_table(
     if selection.columns.is_empty() && study.is_listed() || !selection.is_in_table(study, table) {
         return Ok(None);
     }
-    // What was written to a pipe cannot be taken back.
-    let unreadable = |error: std::io::Error| AnswerError::Records(error.into());
-    table.verify(&selection.mentioned_columns(study)).map_err(unreadable)?;
     let rows = match chosen(args, format, &mut selection, study, RowSource::Table(table))? {
+        Some(ChosenRows::Read) => {
+            // What was written to a pipe cannot be taken back.
+            let unreadable = |error: std::io::Error| AnswerError::Records(error.into());
+            table.verify(&selection.mentioned_columns(study)).map_err(unreadable)?;
+            ChosenRows::Read
+        }
         Some(rows) => rows,
         None => ChosenRows::Gathered {
             table: selection.of_table(study, table)?,

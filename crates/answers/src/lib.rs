@@ -77,6 +77,8 @@ pub use progress::{FailedResult, Failures, Progress};
 pub use records::{RecordMap, Records, RecordsError};
 pub use results::{FigureRows, Results};
 pub use selection::{RowSource, Selection};
-pub use tabled::{ROWS_OF_A_BLOCK, RowKeeper, TabledColumn, TabledRows, tabled_columns};
+pub use tabled::{
+    ROWS_OF_A_BLOCK, RowKeeper, TabledColumn, TabledRows, cells_of_account, tabled_columns,
+};
 pub use undrawn::Undrawn;
 pub use warnings::{Warning, warnings};

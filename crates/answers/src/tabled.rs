@@ -2,10 +2,11 @@
 
 use identity::JobKey;
 use report::{Cell, CellType};
-use study::{Column, Study};
+use study::{Column, RunAccount, Study};
 
 use crate::accounts::Accounts;
 use crate::records::RecordsError;
+use crate::rows::cell;
 
 /// The number of rows that are kept at once.
 pub const ROWS_OF_A_BLOCK: usize = 1024;
@@ -66,4 +67,13 @@ pub fn tabled_columns(study: &Study) -> Vec<Column> {
     let mut columns = study.columns();
     columns.retain(|column| !column.is_compared() && !column.is_of_account());
     columns
+}
+
+/// Returns the columns of a study that say by whom a result was computed, with their cells in the
+/// rows of a run with this account.
+pub fn cells_of_account(study: &Study, account: Option<&RunAccount>) -> Vec<(String, Cell)> {
+    let columns = study.columns().into_iter().filter(Column::is_of_account);
+    columns
+        .map(|column| (column.name.to_string(), cell(column.value_of_account(account))))
+        .collect()
 }

@@ -184,8 +184,17 @@ fn a_table_stands_in_for_the_records_until_something_changes() {
     assert_eq!(place.succeed(line), said);
 
     place.succeed("query small --select key");
+    let all = || {
+        place.succeed("query small --format parquet --output rows");
+        fs::read(place.path("rows")).unwrap()
+    };
+    let (written, key) = (all(), place.keys().remove(2));
     damage_records(&place);
     assert_eq!(place.succeed(line), said, "the records are not read");
+    assert!(all() == written, "who computed them is known as well");
+    let found =
+        place.words(&["query", "small", "--select", "key", "--where", &format!("key == '{key}'")]);
+    assert_eq!((found.code, found.out.matches(&key[..20]).count()), (0, 1), "{}", found.out);
     place.remove(TABLES);
     let refused = place.call(line);
     assert_ne!(refused.code, 0, "{}", refused.out);

@@ -184,6 +184,15 @@ impl Column {
         matches!(self.source, ColumnSource::Account(_))
     }
 
+    /// Returns the value of a column [of accounts](Column::is_of_account) for results that a run
+    /// with this account computed.
+    pub fn value_of_account(&self, account: Option<&RunAccount>) -> Value {
+        match (self.source, account) {
+            (ColumnSource::Account(read), Some(account)) => read(account),
+            _ => Value::Missing,
+        }
+    }
+
     /// Tells why it has no values while a study still chooses its points; `None` if it has.
     pub fn unknown_in_choosing(&self) -> Option<String> {
         let name = &self.name;
