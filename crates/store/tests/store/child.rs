@@ -208,6 +208,8 @@ fn tabulate(directory: &Path, first: u64) {
         say(format!("changed {group}"));
         super::tables::make_table(directory, false);
         say(format!("tabulated {group}"));
+        // Some kills come while the table holds.
+        std::thread::sleep(Duration::from_millis(10));
     }
 }
 
