@@ -65,7 +65,7 @@ pub(crate) fn execute(
         return Ok(finish);
     }
     let account = this_run(&study, file);
-    let (store, of_axes, examined) = open_for(&study, directory)?;
+    let OpenedStudy { store, of_axes, examined } = open_for(&study, directory)?;
     let in_transit = directory.join(IN_TRANSIT);
     runner::remove_bodies(&in_transit)
         .with_context(|| format!("cannot remove {}", in_transit.display()))?;
@@ -165,20 +165,26 @@ struct StudyRun<'a> {
     account: &'a RunAccount,
 }
 
-/// Checks a study and opens its store; a study that is refused leaves no store behind. Returns the
-/// jobs of its axes as well, and what was learnt of them.
-fn open_for<'s>(study: &'s Study, directory: &Path) -> Result<(Store, RunJobs<'s>, ExaminedJobs)> {
-    let jobs = RunJobs::of_axes(study)?;
+/// A store with the jobs at the axes of a study, and what was learnt of them.
+struct OpenedStudy<'s> {
+    store: Store,
+    of_axes: RunJobs<'s>,
+    examined: ExaminedJobs,
+}
+
+/// Checks a study and opens its store; a study that is refused leaves no store behind.
+fn open_for<'s>(study: &'s Study, directory: &Path) -> Result<OpenedStudy<'s>> {
+    let of_axes = RunJobs::of_axes(study)?;
     let examined = match directory.exists() {
-        false => Some(jobs.examine(|_| false)?),
+        false => Some(of_axes.examine(|_| false)?),
         true => None,
     };
     let store = Store::open(directory)?;
     let examined = match examined {
         Some(examined) => examined,
-        None => jobs.examine(|key| store.contains(key))?,
+        None => of_axes.examine(|key| store.contains(key))?,
     };
-    Ok((store, jobs, examined))
+    Ok(OpenedStudy { store, of_axes, examined })
 }
 
 /// The state of a run over its rounds.

@@ -44,6 +44,16 @@ struct JobGroup {
     holders: u32,
 }
 
+/// The sums over the jobs of a group.
+#[derive(Clone, Copy, Debug)]
+struct GroupSums {
+    /// The lowest rank.
+    rank: u32,
+    /// The predicted time of all of them \[s\].
+    cost: f64,
+    jobs: u32,
+}
+
 /// The jobs that wait, by group. A waiting job takes some 25 bytes, for there may be a million.
 #[derive(Debug, Default)]
 pub(crate) struct Queue {
@@ -53,9 +63,9 @@ pub(crate) struct Queue {
     open: PlaceSet,
     jobs: Vec<Turn>,
     /// The jobs by group, and those of a group by their turns.
-    by_turn: Line,
+    by_turn: JobLine,
     /// The jobs by their costs, the cheapest first.
-    by_cost: Line,
+    by_cost: JobLine,
     /// The sum of the costs of all waiting jobs, in whole nanoseconds, so that what is added and
     /// taken away leaves no rest.
     nanoseconds: u128,
@@ -65,38 +75,37 @@ impl Queue {
     /// Makes a queue of all jobs.
     pub(crate) fn new(queued: impl IntoIterator<Item = QueuedJob>) -> Queue {
         let mut index = BTreeMap::new();
-        // The lowest rank, the total cost and the number of jobs of each group.
-        let mut groups: Vec<(u32, f64, u32)> = Vec::new();
+        let mut groups: Vec<GroupSums> = Vec::new();
         let mut jobs: Vec<Turn> = Vec::new();
         for QueuedJob { group, rank, cost } in queued {
             let group = *index.entry(group).or_insert_with(|| {
-                groups.push((rank, 0.0, 0));
+                groups.push(GroupSums { rank, cost: 0.0, jobs: 0 });
                 groups.len() - 1
             });
-            let (lowest, total, count) = &mut groups[group];
-            *lowest = rank.min(*lowest);
-            *total += cost;
-            *count += 1;
+            let sums = &mut groups[group];
+            sums.rank = sums.rank.min(rank);
+            sums.cost += cost;
+            sums.jobs += 1;
             jobs.push(Turn { group: group as u32, rank, cost: cost.to_bits() });
         }
         drop(index);
         let mut turns: Vec<u32> = (0..groups.len() as u32).collect();
         turns.sort_by_key(|&group| {
-            let (rank, total, _) = groups[group as usize];
-            (rank, Reverse(total.to_bits()))
+            let GroupSums { rank, cost, .. } = groups[group as usize];
+            (rank, Reverse(cost.to_bits()))
         });
         let mut numbers = vec![0; groups.len()];
         let mut queue = Queue { open: PlaceSet::new(groups.len()), ..Queue::default() };
         let mut start = 0;
         for (number, &group) in turns.iter().enumerate() {
             numbers[group as usize] = number as u32;
-            let end = start + groups[group as usize].2;
+            let end = start + groups[group as usize].jobs;
             queue.groups.push(JobGroup { start, end, waiting: 0, holders: 0 });
             start = end;
         }
         jobs.iter_mut().for_each(|turn| turn.group = numbers[turn.group as usize]);
-        queue.by_turn = Line::new(&jobs, Turn::place);
-        queue.by_cost = Line::new(&jobs, Turn::price);
+        queue.by_turn = JobLine::new(&jobs, Turn::place);
+        queue.by_cost = JobLine::new(&jobs, Turn::price);
         queue.jobs = jobs;
         for job in 0..queue.jobs.len() {
             queue.put(job);
@@ -243,7 +252,7 @@ impl Queue {
 
 impl Turn {
     /// Returns what orders a job among all: its group, its rank, the long ones first.
-    fn place(&self) -> (u32, u32, Reverse<u64>) {
+    fn place(&self) -> impl Ord + use<> {
         (self.group, self.rank, Reverse(self.cost))
     }
 
@@ -255,18 +264,18 @@ impl Turn {
 
 /// The jobs in a fixed order, of which some wait.
 #[derive(Debug, Default)]
-struct Line {
+struct JobLine {
     order: Vec<u32>,
     /// The places of those that wait.
     waiting: PlaceSet,
 }
 
-impl Line {
+impl JobLine {
     /// Lines jobs up by a key, and by their indices where that is the same. None waits.
-    fn new<K: Ord>(jobs: &[Turn], key: impl Fn(&Turn) -> K) -> Line {
+    fn new<K: Ord>(jobs: &[Turn], key: impl Fn(&Turn) -> K) -> JobLine {
         let mut order: Vec<u32> = (0..jobs.len() as u32).collect();
         order.sort_unstable_by_key(|&job| (key(&jobs[job as usize]), job));
-        Line { order, waiting: PlaceSet::new(jobs.len()) }
+        JobLine { order, waiting: PlaceSet::new(jobs.len()) }
     }
 
     /// Returns the job at a place.
