@@ -390,6 +390,11 @@ keys! {
         ANY, Fallback::Flag(false), "true",
         "whether the lower end of μ* is shown by cases of open and closed elements, of which there \
          are up to 16: nearer to the upper end, and longer to find";
+    Width, "search.width", "width", Number(Pure),
+        inside(0.0, 1.0), Follows("what the cases alone show"), "0.02",
+        "relative width that a bracket by `cases` is to have: the fields of its cases are cut into \
+         cones until it has; where too many would be needed, it has twice that width, or four \
+         times";
     Plane, "search.plane", "plane", Flag,
         ANY, Fallback::Flag(false), "true",
         "whether tractions lie in the plane of x and z, on one row of elements whose μ* is then \
