@@ -10,8 +10,8 @@ use std::collections::HashSet;
 use faer::Mat;
 
 use super::cases::{CaseBits, NormalCase, from_the_middle};
-use super::cones::{ConeBound, ConeCase, ConeCheck, ConeNode, ConeWeights, MOST_FORMS};
-use super::exclusion::{CaseFields, CaseWeights, Verdict};
+use super::cones::{ConeBound, ConeCase, ConeCheck, ConeNode, ConeWeights};
+use super::exclusion::{CaseFields, CaseWeights, ExclusionOutcome};
 use super::lower::{self, Freedom, LowerError};
 use super::symmetry::Symmetries;
 use super::system::{System, dot};
@@ -19,8 +19,16 @@ use super::system::{System, dot};
 /// The largest number of cones that are looked at for one μ.
 const MOST_NODES: usize = 6000;
 
-/// The penalties that are tried, in units of the mean β and of the operator's largest diagonal entry
-/// to the power that gives them their units.
+/// The largest number of forms of a cone. Up to 4 × 4 elements no more than ten are needed, and
+/// their products are weights of the program. Where μ is above μ*, a cone about the critical field
+/// stays however often it is cut.
+const MOST_CUTS: usize = 16;
+
+/// The most numbers of a bound, so that a record has room for them.
+const MOST_NUMBERS: usize = 220_000;
+
+/// The penalties that are tried, in units of the mean β and of the operator's largest diagonal
+/// entry to the power that gives them their units.
 const PENALTIES: [f64; 6] = [1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
 
 struct ConeSearch<'a> {
@@ -35,6 +43,8 @@ struct ConeSearch<'a> {
     order: Vec<usize>,
     mu: f64,
     tried: usize,
+    /// The numbers of all cases so far.
+    numbers: usize,
     cases: Vec<ConeCase>,
 }
 
@@ -55,18 +65,19 @@ impl ConeSearch<'_> {
         forms: &[Vec<f64>],
         found: &CaseWeights,
     ) -> Option<ConeWeights> {
-        let forms: Vec<Vec<f64>> =
+        let forms: Vec<Vec<f32>> =
             forms.iter().map(|form| fields.form_of_tractions(form)).collect();
+        let single = |values: &[f64]| values.iter().map(|value| *value as f32).collect();
         let diagonal = self.system.largest_diagonal();
         let mean = found.beta.iter().sum::<f64>() / found.beta.len() as f64;
         PENALTIES.into_iter().find_map(|penalty| {
             let weights = ConeWeights {
-                alpha: found.alpha.clone(),
-                beta: found.beta.clone(),
-                tau: found.tau.clone(),
-                products: found.products.clone(),
-                displacement_penalty: penalty * mean / diagonal,
-                pressure_penalty: penalty * mean * diagonal,
+                alpha: single(&found.alpha),
+                beta: single(&found.beta),
+                tau: single(&found.tau),
+                products: single(&found.products),
+                displacement_penalty: (penalty * mean / diagonal) as f32,
+                pressure_penalty: (penalty * mean * diagonal) as f32,
             };
             self.check.is_excluded(states, &forms, &weights, self.mu).then_some(weights)
         })
@@ -80,12 +91,17 @@ impl ConeSearch<'_> {
         forms: &[Vec<f64>],
     ) -> Option<Result<ConeWeights, Mat<f64>>> {
         self.tried += 1;
-        if self.tried > MOST_NODES {
+        if self.tried > MOST_NODES || self.numbers > MOST_NUMBERS {
             return None;
         }
         match fields.exclude(forms, self.mu)? {
-            Verdict::Mixture(mixture) => Some(Err(mixture)),
-            Verdict::Excluded(found) => self.certified(states, fields, forms, &found).map(Ok),
+            ExclusionOutcome::Mixture(mixture) => Some(Err(mixture)),
+            ExclusionOutcome::Excluded(found) => {
+                // The numbers are those of the weights and of one form, for there are about as
+                // many cuts as cones.
+                self.numbers += 4 * states.len() + found.products.len() + found.alpha.len() + 8;
+                self.certified(states, fields, forms, &found).map(Ok)
+            }
         }
     }
 
@@ -138,7 +154,7 @@ impl ConeSearch<'_> {
                     Err(mixture) => mixture,
                 },
             };
-            if forms.len() == MOST_FORMS {
+            if forms.len() == MOST_CUTS {
                 return None;
             }
             let form = divide(&mixture, &forms);
@@ -162,8 +178,7 @@ fn divide(mixture: &Mat<f64>, forms: &[Vec<f64>]) -> Vec<f64> {
     }
     let mean = times(mixture, &sum);
     let weight = dot(&sum, &mean);
-    let spread =
-        Mat::from_fn(d, d, |i, j| mixture[(i, j)] - mean[i] * mean[j] / weight);
+    let spread = Mat::from_fn(d, d, |i, j| mixture[(i, j)] - mean[i] * mean[j] / weight);
     let widest = dominant(&spread);
     let share = dot(&widest, &mean) / weight;
     let form: Vec<f64> = widest.iter().zip(&sum).map(|(w, s)| w - share * s).collect();
@@ -219,6 +234,7 @@ pub(super) fn bound(system: &System, upper: f64, width: f64) -> Result<ConeBound
         order: from_the_middle(system),
         mu: 0.0,
         tried: 0,
+        numbers: 0,
         cases: Vec::new(),
     };
     // A little less than the width leaves room for rounding.
@@ -226,8 +242,8 @@ pub(super) fn bound(system: &System, upper: f64, width: f64) -> Result<ConeBound
     loop {
         let goal = upper * (1.0 - width);
         let is_last = goal <= root.mu;
-        search.mu = if is_last { (1.0 - 1e-3) * root.mu } else { goal };
-        search.tried = 0;
+        search.mu = if is_last { (1.0 - 1e-4) * root.mu } else { goal };
+        (search.tried, search.numbers) = (0, 0);
         search.cases.clear();
         search.seen.clear();
         if search.exclude(vec![NormalCase::Undecided; elements]) {
@@ -237,5 +253,44 @@ pub(super) fn bound(system: &System, upper: f64, width: f64) -> Result<ConeBound
             return Err(useless);
         }
         width *= 2.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cones;
+    use super::super::question::{Question, Sole};
+    use super::*;
+    use crate::model::{Foundation, Material, Mesh, Projection};
+
+    #[test]
+    fn a_width_that_cannot_be_had_is_doubled() {
+        for (elements, width, end) in [([2, 2], 0.1, 2.70027), ([3, 3], 0.04, 2.18733)] {
+            let [width_x, width_y] = elements.map(f64::from);
+            let question = Question {
+                foundation: Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.0 }),
+                punch: None,
+                sole: Sole::Rectangle { width_x, width_y },
+                mesh: Mesh::Exact(elements),
+                projection: Projection::Average,
+                epsilon: 0.0,
+                plane: false,
+            };
+            let system = System::new(&question).unwrap();
+            // What is said to be the upper end is above it by so much that the width begins there.
+            let found = bound(&system, 1.06 * end, width).unwrap();
+            assert!(found.mu > 0.97 * end && found.mu < end, "{}", found.mu);
+            assert_eq!(cones::verify(&system, &found), Ok(()));
+        }
+    }
+
+    #[test]
+    fn a_form_divides_a_mixture_at_its_mean_where_it_is_widest() {
+        // The fields are (1, ±1, 0) and (1, 0, ±0.1) in equal shares.
+        let mixture = Mat::from_fn(3, 3, |i, j| if i == j { [1.0, 0.5, 0.005][i] } else { 0.0 });
+        let form = divide(&mixture, &[vec![1.0, 0.0, 0.0]]);
+        let expected = [0.0, 1.0, 0.0];
+        let sign = form[1].signum();
+        form.iter().zip(expected).for_each(|(f, e)| assert!((sign * f - e).abs() < 1e-9));
     }
 }

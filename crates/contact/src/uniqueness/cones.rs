@@ -7,30 +7,32 @@
 //! between elements and directions.
 //!
 //! # The certificate
-//! A cone is the set of fields x with l·x ≥ 0 for each of some forms l. In it all products of two
-//! forms are at least 0. So if with numbers N ≥ 0
+//! A cone is the set of fields x with l·x ≥ 0 for each of some forms l, here of the tangential
+//! tractions. In it all products of two forms are at least 0. So if with numbers N ≥ 0
 //!
 //! ```text
 //! F(μ) + κ_u Σ y₁² over closed elements + κ_s Σ x₁² over open ones − Σ N_ab (l_a·x)(l_b·x)
 //! ```
 //!
-//! is positive definite, where F(μ) is the form of [`lower`], no x ≠ 0 with F(x) ≤ μ is
-//! in the case and in the cone. Where an element is open, F(μ) has only its β x_t·y_t, for x₁ = 0
+//! is positive definite, where F(μ) is the form of [`lower`], no x ≠ 0 with F(x) ≤ μ is in the
+//! case and in the cone. Where an element is open, F(μ) has only its β x_t·y_t, for x₁ = 0
 //! makes the condition x_t·y_t ≤ 0; where it is closed there is no α. In a narrow cone a mixture is
 //! nearly one field.
 //!
-//! A form l cuts a cone in two, l·x ≥ 0 and −l·x ≥ 0. The first form of a case takes only the first,
-//! as −x needs the same friction as x. So a tree of cuts leaves no field out, whatever its forms
-//! are. Cases are excluded with all their images under the symmetries of Ω, as in
-//! [`super::cases`], and for every smaller μ too: F(μ) falls with μ, and nothing else depends on it.
+//! A form l cuts a cone in two, l·x ≥ 0 and −l·x ≥ 0. The first form of a case takes only the
+//! first, as −x needs the same friction as x. So a tree of cuts leaves no field out, whatever its
+//! forms are. Cases are excluded with all their images under the symmetries of Ω, as in
+//! [`super::cases`], and for every smaller μ too: F(μ) falls with μ, and nothing else depends on
+//! it.
 //!
 //! # Rounding
 //! The matrix of an end of the tree is formed entry by entry in the basis of tractions, as a sum of
 //! at most T = 3k + 2P + 4 terms with P products. With u = 2⁻⁵³, γ = 4(T + 32)u and B the same sums
-//! of absolute values, it differs from the exact one by at most γ‖B‖∞ in the 2-norm. Every number
-//! of a certificate is 0 or within [`SIZES`], so that nothing underflows. Rows and columns are
-//! scaled by powers of two, which rounds nothing, to diagonal entries near 1. The share of the
-//! factorisation and that of images of the case are those of [`lower`].
+//! of absolute values, it differs from the exact one by at most γ‖B‖∞ in the 2-norm. The numbers of
+//! a certificate have single precision, exactly, and are computed with in double precision, so that
+//! nothing underflows. Rows and columns are scaled by powers of two, which rounds nothing, to
+//! diagonal entries near 1. The share of the factorisation and that of images of the case are those
+//! of [`lower`].
 
 use faer::Mat;
 use primitives::cholesky;
@@ -68,9 +70,9 @@ pub struct ConeCase {
 pub enum ConeNode {
     /// The cone is cut in two.
     Cut {
-        /// The form l, of 3k numbers: the first cone has l·x ≥ 0, the second −l·x ≥ 0. The first
-        /// cut of a case has no second.
-        form: Vec<f64>,
+        /// The form l of the 2k tangential tractions: the first cone has l·x ≥ 0, the second −l·x ≥
+        /// 0. The first cut of a case has no second.
+        form: Vec<f32>,
     },
     /// The cone is excluded.
     Excluded(ConeWeights),
@@ -81,17 +83,17 @@ pub enum ConeNode {
 #[serde(deny_unknown_fields)]
 pub struct ConeWeights {
     /// The weight α ≥ 0 of each undecided element.
-    pub alpha: Vec<f64>,
+    pub alpha: Vec<f32>,
     /// The weight β ≥ 0 of each element.
-    pub beta: Vec<f64>,
+    pub beta: Vec<f32>,
     /// The weight τ > 0 of each element that is not open, in units of cℓ.
-    pub tau: Vec<f64>,
+    pub tau: Vec<f32>,
     /// The weight N ≥ 0 of each product of two forms: 01, 02, 12, 03 and so on.
-    pub products: Vec<f64>,
+    pub products: Vec<f32>,
     /// The penalty κ_u ≥ 0 of displacements of closed elements, in units of 1/cℓ.
-    pub displacement_penalty: f64,
+    pub displacement_penalty: f32,
     /// The penalty κ_s ≥ 0 of pressures of open elements, in units of cℓ.
-    pub pressure_penalty: f64,
+    pub pressure_penalty: f32,
 }
 
 /// The reason why cones prove nothing.
@@ -128,7 +130,7 @@ pub enum ConeError {
         reason: String,
     },
     /// The friction coefficient μ has no meaning.
-    #[error("mu = {mu:e}: it must be within 1e-50 and 1e50")]
+    #[error("mu = {mu:e}: it must be within 1e-30 and 1e30")]
     Mu {
         /// The value of μ.
         mu: f64,
@@ -150,12 +152,8 @@ pub enum ConeError {
 /// The largest number of forms of a cone.
 pub(super) const MOST_FORMS: usize = 40;
 
-/// The sizes of numbers other than 0 that a certificate may have.
-pub const SIZES: [f64; 2] = [1e-50, 1e50];
-
-fn is_in_range(value: f64) -> bool {
-    value >= SIZES[0] && value <= SIZES[1]
-}
+/// The sizes of μ that a certificate may have.
+const SIZES: [f64; 2] = [1e-30, 1e30];
 
 /// The operator as a check needs it.
 pub(super) struct ConeCheck {
@@ -180,7 +178,7 @@ impl ConeCheck {
     pub(super) fn is_excluded(
         &self,
         states: &[NormalCase],
-        forms: &[Vec<f64>],
+        forms: &[Vec<f32>],
         weights: &ConeWeights,
         mu: f64,
     ) -> bool {
@@ -190,15 +188,17 @@ impl ConeCheck {
         let mut of_traction = vec![0.0; size];
         let (mut alpha, mut tau) = (weights.alpha.iter(), weights.tau.iter());
         for (e, state) in states.iter().enumerate() {
-            let beta = weights.beta[e];
+            let beta = f64::from(weights.beta[e]);
             (linear[k + e], linear[2 * k + e]) = (beta, beta);
             match state {
-                NormalCase::Undecided => linear[e] = alpha.next().copied().unwrap_or(0.0),
-                NormalCase::Open => of_traction[e] = weights.pressure_penalty,
-                NormalCase::Closed => of_displacement[e] = weights.displacement_penalty,
+                NormalCase::Undecided => {
+                    linear[e] = alpha.next().map_or(0.0, |&alpha| f64::from(alpha));
+                }
+                NormalCase::Open => of_traction[e] = weights.pressure_penalty.into(),
+                NormalCase::Closed => of_displacement[e] = weights.displacement_penalty.into(),
             }
             if *state != NormalCase::Open {
-                let tau = tau.next().copied().unwrap_or(f64::NAN);
+                let tau = tau.next().map_or(f64::NAN, |&tau| f64::from(tau));
                 of_traction[e] = -0.5 * (mu * beta * tau);
                 of_displacement[k + e] = -0.5 * (mu * beta / tau);
                 of_displacement[2 * k + e] = of_displacement[k + e];
@@ -221,11 +221,15 @@ impl ConeCheck {
                 if i == j {
                     add(of_traction[i]);
                 }
+                // The forms are of tangential tractions.
                 let mut products = weights.products.iter();
+                let forms = if j < k { &[] } else { forms };
                 for (number, second) in forms.iter().enumerate() {
-                    for (first, product) in forms[..number].iter().zip(&mut products) {
-                        add(-0.5 * product * first[i] * second[j]);
-                        add(-0.5 * product * first[j] * second[i]);
+                    for (first, &product) in forms[..number].iter().zip(&mut products) {
+                        let of = |form: &[f32], row: usize| f64::from(form[row - k]);
+                        let product = -0.5 * f64::from(product);
+                        add(product * of(first, i) * of(second, j));
+                        add(product * of(first, j) * of(second, i));
                     }
                 }
                 (form[(i, j)], form[(j, i)]) = (sum, sum);
@@ -253,7 +257,11 @@ impl ConeCheck {
 
 /// Returns a power of two near 1/√value, and 1 where the value is not above 0.
 fn inverse_root(value: f64) -> f64 {
-    if value > 0.0 && value.is_finite() { 2_f64.powi(-(0.5 * value.log2()).round() as i32) } else { 1.0 }
+    if value > 0.0 && value.is_finite() {
+        2_f64.powi(-(0.5 * value.log2()).round() as i32)
+    } else {
+        1.0
+    }
 }
 
 /// Shows that every field of every case is excluded, rounding included.
@@ -262,7 +270,7 @@ fn inverse_root(value: f64) -> f64 {
 /// A [`ConeError`] says that numbers have no meaning, that cases are missing, that cones are no
 /// tree, or that one is not excluded.
 pub fn verify(system: &System, bound: &ConeBound) -> Result<(), ConeError> {
-    if !is_in_range(bound.mu) {
+    if !(bound.mu >= SIZES[0] && bound.mu <= SIZES[1]) {
         return Err(ConeError::Mu { mu: bound.mu });
     }
     let elements = system.elements();
@@ -292,7 +300,7 @@ pub fn verify(system: &System, bound: &ConeBound) -> Result<(), ConeError> {
 fn verify_case(check: &ConeCheck, index: usize, case: &ConeCase, mu: f64) -> Result<(), ConeError> {
     let tree = |reason: String| ConeError::Tree { case: index, reason };
     let numbers = |reason: String| ConeError::Numbers { case: index, reason };
-    let mut cones = vec![Vec::<Vec<f64>>::new()];
+    let mut cones = vec![Vec::<Vec<f32>>::new()];
     let mut nodes = case.nodes.iter().enumerate();
     while let Some(forms) = cones.pop() {
         let Some((node, content)) = nodes.next() else {
@@ -303,14 +311,15 @@ fn verify_case(check: &ConeCheck, index: usize, case: &ConeCase, mu: f64) -> Res
                 if forms.len() == MOST_FORMS {
                     return Err(tree(format!("node {node} cuts more than {MOST_FORMS} times")));
                 }
-                if form.len() != 3 * case.states.len() {
+                if form.len() != 2 * case.states.len() {
                     let reason = format!("the form of node {node} has {} numbers", form.len());
                     return Err(numbers(reason));
                 }
-                if !form.iter().all(|value| *value == 0.0 || is_in_range(value.abs())) {
-                    return Err(numbers(format!("the form of node {node} has a number out of range")));
+                if !form.iter().all(|value| value.is_finite()) {
+                    let reason = format!("the form of node {node} has a number that is not finite");
+                    return Err(numbers(reason));
                 }
-                let with = |form: Vec<f64>| [&forms[..], &[form]].concat();
+                let with = |form: Vec<f32>| [&forms[..], &[form]].concat();
                 if !forms.is_empty() {
                     cones.push(with(form.iter().map(|value| -value).collect()));
                 }
@@ -345,14 +354,11 @@ fn check_numbers(states: &[NormalCase], forms: usize, weights: &ConeWeights) -> 
         if values.len() != expected {
             return Err(format!("{name} has {} numbers in place of {expected}", values.len()));
         }
-        if let Some(value) =
-            values.iter().find(|value| !(is_in_range(**value) || may_vanish && **value == 0.0))
-        {
-            let zero = if may_vanish { "0 or " } else { "" };
-            let [least, most] = SIZES;
-            return Err(format!(
-                "{name} has the number {value:e}: it must be {zero}within {least:e} and {most:e}"
-            ));
+        let is_wrong =
+            |value: f32| !value.is_finite() || value < 0.0 || (value == 0.0 && !may_vanish);
+        if let Some(value) = values.iter().find(|value| is_wrong(**value)) {
+            let least = if may_vanish { "at least 0" } else { "above 0" };
+            return Err(format!("{name} has the number {value:e}: it must be finite and {least}"));
         }
     }
     Ok(())

@@ -10,9 +10,7 @@
 //! No proof relies on this method, for [`super::cones`] checks the outcome.
 
 use faer::{Accum, Mat};
-use primitives::{
-    cholesky, cholesky_inverse, cholesky_solve, multiply, solve_lower, solve_upper,
-};
+use primitives::{cholesky, cholesky_inverse, cholesky_solve, multiply, solve_lower, solve_upper};
 
 use super::cases::NormalCase;
 
@@ -23,6 +21,8 @@ pub(super) struct CaseFields {
     traction: Mat<f64>,
     /// The displacements y = Ax of the basis, 3k × d.
     displacement: Mat<f64>,
+    /// The factor L with z = Lᵀc for the free tractions c, the 2k tangential ones first.
+    lower: Mat<f64>,
 }
 
 /// Weights for one μ, with p = μβτ and q = μβ/τ in place of τ.
@@ -38,7 +38,7 @@ pub(super) struct CaseWeights {
 }
 
 /// The outcome of a search for weights.
-pub(super) enum Verdict {
+pub(super) enum ExclusionOutcome {
     /// The weights exclude the fields.
     Excluded(CaseWeights),
     /// The mixture of fields E zzᵀ, a d × d matrix of trace 1.
@@ -74,7 +74,7 @@ impl CaseFields {
             transposed.transpose().to_owned()
         };
         let (traction, displacement) = (changed(&traction), changed(&displacement));
-        Some(Self { states: states.to_vec(), traction, displacement })
+        Some(Self { states: states.to_vec(), traction, displacement, lower })
     }
 
     /// Returns d, the number of coordinates.
@@ -82,16 +82,17 @@ impl CaseFields {
         self.traction.ncols()
     }
 
-    /// Returns the form l of tractions, of 3k numbers, with l·x = f·z for the fields of the case.
-    pub(super) fn form_of_tractions(&self, form: &[f64]) -> Vec<f64> {
-        (0..self.displacement.nrows())
-            .map(|row| (0..form.len()).map(|j| self.displacement[(row, j)] * form[j]).sum())
+    /// Returns the form l of the 2k tangential tractions with l·x_t = f·z for all fields of the
+    /// case, in which no element is undecided.
+    pub(super) fn form_of_tractions(&self, form: &[f64]) -> Vec<f32> {
+        (0..2 * self.states.len())
+            .map(|row| (0..=row).map(|j| self.lower[(row, j)] * form[j]).sum::<f64>() as f32)
             .collect()
     }
 
     /// Looks for weights that exclude the fields in the cone of `forms` for `mu`. Forms have the
     /// length 1 in coordinates. It is `None` where rounding stops the search.
-    pub(super) fn exclude(&self, forms: &[Vec<f64>], mu: f64) -> Option<Verdict> {
+    pub(super) fn exclude(&self, forms: &[Vec<f64>], mu: f64) -> Option<ExclusionOutcome> {
         ExclusionProgram::new(self, forms, mu).solve()
     }
 }
@@ -127,7 +128,7 @@ struct ExclusionProgram {
 }
 
 /// Weights and t, and what was computed at them.
-struct Iterate {
+struct ExclusionPoint {
     values: Vec<f64>,
     objective: f64,
     lower: Mat<f64>,
@@ -136,8 +137,8 @@ struct Iterate {
 /// The first value of the factor κ in −t/κ + barriers.
 const FIRST_KAPPA: f64 = 1.0;
 
-/// The value of t that counts as above 0, where Σ β = k.
-const ENOUGH: f64 = 1e-6;
+/// The value of t that counts as above 0, where Σ β = k. Weights in single precision still serve.
+const ENOUGH: f64 = 2e-5;
 
 /// The value of κ times the number of barriers at which the search gives up.
 const LAST_GAP: f64 = 1e-3;
@@ -165,10 +166,13 @@ impl ExclusionProgram {
             .map(|e| [1, 2].map(|c| term(traction(e, c), displacement(e, c), 1.0)).to_vec())
             .collect();
         terms.extend(not_open.iter().map(|&e| vec![term(traction(e, 0), traction(e, 0), -0.5)]));
-        terms.extend(not_open.iter().map(|&e| {
-            [1, 2].map(|c| term(displacement(e, c), displacement(e, c), -0.5)).to_vec()
-        }));
-        terms.extend(undecided.iter().map(|&e| vec![term(traction(e, 0), displacement(e, 0), 1.0)]));
+        terms.extend(
+            not_open.iter().map(|&e| {
+                [1, 2].map(|c| term(displacement(e, c), displacement(e, c), -0.5)).to_vec()
+            }),
+        );
+        terms
+            .extend(undecided.iter().map(|&e| vec![term(traction(e, 0), displacement(e, 0), 1.0)]));
         for b in 0..forms.len() {
             terms.extend((0..b).map(|a| vec![term(6 * k + a, 6 * k + b, -1.0)]));
         }
@@ -231,7 +235,7 @@ impl ExclusionProgram {
     }
 
     /// Computes the objective at values, or `None` outside of the feasible set.
-    fn evaluate(&self, values: Vec<f64>, kappa: f64) -> Option<Iterate> {
+    fn evaluate(&self, values: Vec<f64>, kappa: f64) -> Option<ExclusionPoint> {
         let weights = &values[..self.place_of_t()];
         let slacks: Vec<f64> = self.cones.iter().map(|cone| self.slack(cone, &values)).collect();
         if weights.iter().chain(&slacks).any(|value| value.is_nan() || *value <= 0.0) {
@@ -243,14 +247,13 @@ impl ExclusionProgram {
         objective -= slacks.iter().map(|slack| slack.ln()).sum::<f64>();
         let alone = (0..self.elements).chain(self.first_alpha()..self.place_of_t());
         objective -= alone.map(|place| values[place].ln()).sum::<f64>();
-        objective.is_finite().then_some(Iterate { values, objective, lower })
+        objective.is_finite().then_some(ExclusionPoint { values, objective, lower })
     }
 
     /// Returns values inside of the feasible set, with t below the least eigenvalue of the form.
-    fn start(&self) -> Option<Iterate> {
-        let square = |j: usize| {
-            (0..self.vectors.nrows()).map(|i| self.vectors[(i, j)].powi(2)).sum::<f64>()
-        };
+    fn start(&self) -> Option<ExclusionPoint> {
+        let square =
+            |j: usize| (0..self.vectors.nrows()).map(|i| self.vectors[(i, j)].powi(2)).sum::<f64>();
         let k = self.elements;
         let mut values = vec![1.0; self.terms.len() + 1];
         for cone in &self.cones {
@@ -268,7 +271,7 @@ impl ExclusionProgram {
     }
 
     /// Maximises t until it is above 0 or cannot be.
-    fn solve(&self) -> Option<Verdict> {
+    fn solve(&self) -> Option<ExclusionOutcome> {
         let barriers = (self.vectors.nrows()
             + 2 * self.cones.len()
             + self.elements
@@ -280,7 +283,7 @@ impl ExclusionProgram {
             let mut decrement = f64::INFINITY;
             for _ in 0..MOST_STEPS {
                 if here.values[self.place_of_t()] > ENOUGH {
-                    return Some(Verdict::Excluded(self.weights(&here.values)));
+                    return Some(ExclusionOutcome::Excluded(self.weights(&here.values)));
                 }
                 if decrement < 0.2 {
                     break;
@@ -296,7 +299,9 @@ impl ExclusionProgram {
                 let inverse = cholesky_inverse(&here.lower);
                 let trace: f64 = (0..inverse.nrows()).map(|i| inverse[(i, i)]).sum();
                 let d = inverse.nrows();
-                return Some(Verdict::Mixture(Mat::from_fn(d, d, |i, j| inverse[(i, j)] / trace)));
+                return Some(ExclusionOutcome::Mixture(Mat::from_fn(d, d, |i, j| {
+                    inverse[(i, j)] / trace
+                })));
             }
             kappa *= 0.2;
             here = self.evaluate(here.values, kappa)?;
@@ -313,7 +318,12 @@ impl ExclusionProgram {
     }
 
     /// Finds a point along the direction at which the objective is smaller.
-    fn search_along(&self, here: &Iterate, direction: &Direction, kappa: f64) -> Option<Iterate> {
+    fn search_along(
+        &self,
+        here: &ExclusionPoint,
+        direction: &ExclusionStep,
+        kappa: f64,
+    ) -> Option<ExclusionPoint> {
         let mut length = 1.0;
         while length > 1e-9 {
             let values =
@@ -329,7 +339,7 @@ impl ExclusionProgram {
     }
 
     /// Computes Newton's direction among those that keep Σ β.
-    fn direction(&self, here: &Iterate, kappa: f64) -> Option<Direction> {
+    fn direction(&self, here: &ExclusionPoint, kappa: f64) -> Option<ExclusionStep> {
         let count = self.terms.len() + 1;
         let t = self.place_of_t();
         let values = &here.values;
@@ -362,8 +372,10 @@ impl ExclusionProgram {
             }
         }
         gradient[t] = (0..d).map(|i| inverse[(i, i)]).sum::<f64>() - 1.0 / kappa;
-        hessian[(t, t)] =
-            (0..d).flat_map(|j| (0..d).map(move |i| (i, j))).map(|at| inverse[at].powi(2)).sum();
+        hessian[(t, t)] = (0..d)
+            .flat_map(|j| (0..d).map(move |i| (i, j)))
+            .map(|place| inverse[place].powi(2))
+            .sum();
         for place in (0..self.elements).chain(self.first_alpha()..t) {
             gradient[place] -= 1.0 / values[place];
             hessian[(place, place)] += values[place].powi(-2);
@@ -378,8 +390,7 @@ impl ExclusionProgram {
                 gradient[places[a]] -= first[a] / slack;
                 for b in 0..=a {
                     let (row, column) = (places[a].max(places[b]), places[a].min(places[b]));
-                    hessian[(row, column)] +=
-                        (first[a] * first[b] / slack - second[a][b]) / slack;
+                    hessian[(row, column)] += (first[a] * first[b] / slack - second[a][b]) / slack;
                 }
             }
         }
@@ -389,23 +400,21 @@ impl ExclusionProgram {
             scale[i] * value * scale[j] + if i == j { 1e-12 } else { 0.0 }
         }))?;
         let normal = |i: usize| if i < self.elements { 1.0 } else { 0.0 };
-        let mut solved = Mat::from_fn(count, 2, |i, j| {
-            scale[i] * if j == 0 { -gradient[i] } else { normal(i) }
-        });
+        let mut solved =
+            Mat::from_fn(count, 2, |i, j| scale[i] * if j == 0 { -gradient[i] } else { normal(i) });
         cholesky_solve(&lower, &mut solved);
         let sum = |j: usize| (0..self.elements).map(|i| scale[i] * solved[(i, j)]).sum::<f64>();
         let left = self.elements as f64 - values[..self.elements].iter().sum::<f64>();
         let multiplier = (left - sum(0)) / sum(1);
-        let step: Vec<f64> = (0..count)
-            .map(|i| scale[i] * (solved[(i, 0)] + multiplier * solved[(i, 1)]))
-            .collect();
+        let step: Vec<f64> =
+            (0..count).map(|i| scale[i] * (solved[(i, 0)] + multiplier * solved[(i, 1)])).collect();
         let decrement = -step.iter().zip(&gradient).map(|(s, g)| s * g).sum::<f64>();
-        (decrement.is_finite() && decrement > 0.0).then_some(Direction { step, decrement })
+        (decrement.is_finite() && decrement > 0.0).then_some(ExclusionStep { step, decrement })
     }
 }
 
 /// A direction of Newton's method.
-struct Direction {
+struct ExclusionStep {
     step: Vec<f64>,
     /// The squared decrement, above 0.
     decrement: f64,

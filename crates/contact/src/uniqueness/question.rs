@@ -141,8 +141,9 @@ pub struct WitnessSearch {
     /// True if the lower end is shown by [`cases`](super::cases), on few elements.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub cases: bool,
-    /// The relative width above 0 and below 1 that the bracket is to have: the lower end is shown by
-    /// [`cones`](super::cones) in its cases. `None` takes what the cases alone show.
+    /// The relative width that the bracket is to have, within [`WIDTHS`](Self::WIDTHS): the lower
+    /// end is shown by [`cones`](super::cones) in its cases. `None` takes what the cases alone
+    /// show.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub width: Option<f64>,
 }
@@ -150,6 +151,9 @@ pub struct WitnessSearch {
 impl WitnessSearch {
     /// The largest number of random starts.
     pub const MOST_STARTS: u32 = random::MOST_STARTS;
+
+    /// The least and the largest relative width that can be asked for.
+    pub const WIDTHS: [f64; 2] = [1e-3, 0.5];
 
     /// Checks the number of starts.
     ///
@@ -172,8 +176,9 @@ impl WitnessSearch {
             Err(SceneError { key: key.to_owned(), value, expected })
         };
         match self.width {
-            Some(width) if !(width > 0.0 && width < 1.0) => {
-                let expected = "must be above 0 and below 1".to_owned();
+            Some(width) if !(width >= Self::WIDTHS[0] && width <= Self::WIDTHS[1]) => {
+                let [least, most] = Self::WIDTHS;
+                let expected = format!("must be from {least} to {most}");
                 return refuse("search.width", width.to_string(), expected);
             }
             Some(width) if !self.cases => {
