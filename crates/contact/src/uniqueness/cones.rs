@@ -270,7 +270,7 @@ fn inverse_root(value: f64) -> f64 {
 /// A [`ConeError`] says that numbers have no meaning, that cases are missing, that cones are no
 /// tree, or that one is not excluded.
 pub fn verify(system: &System, bound: &ConeBound) -> Result<(), ConeError> {
-    if !(bound.mu >= SIZES[0] && bound.mu <= SIZES[1]) {
+    if !(SIZES[0]..=SIZES[1]).contains(&bound.mu) {
         return Err(ConeError::Mu { mu: bound.mu });
     }
     let elements = system.elements();

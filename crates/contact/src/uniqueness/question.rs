@@ -176,7 +176,7 @@ impl WitnessSearch {
             Err(SceneError { key: key.to_owned(), value, expected })
         };
         match self.width {
-            Some(width) if !(width >= Self::WIDTHS[0] && width <= Self::WIDTHS[1]) => {
+            Some(width) if !(Self::WIDTHS[0]..=Self::WIDTHS[1]).contains(&width) => {
                 let [least, most] = Self::WIDTHS;
                 let expected = format!("must be from {least} to {most}");
                 return refuse("search.width", width.to_string(), expected);
