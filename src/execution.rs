@@ -22,7 +22,7 @@ use crate::kept_study::KeptStudy;
 use crate::ledger::StoreLedger;
 use crate::output::{self, Finish};
 use crate::progress::ProgressDisplay;
-use crate::run_jobs::{JobOrder, JobsLeft, RunJobs};
+use crate::run_jobs::{ExaminedJobs, JobOrder, JobsLeft, RunJobs};
 use crate::stored::{StoreSource, WrittenStore};
 use crate::summary::{FIGURES, RunEnd, RunTally, gathered, resume_command, summarise};
 use crate::threads::usable;
@@ -65,7 +65,7 @@ pub(crate) fn execute(
         return Ok(finish);
     }
     let account = this_run(&study, file);
-    let (store, of_axes) = open_for(&study, directory)?;
+    let (store, of_axes, examined) = open_for(&study, directory)?;
     let in_transit = directory.join(IN_TRANSIT);
     runner::remove_bodies(&in_transit)
         .with_context(|| format!("cannot remove {}", in_transit.display()))?;
@@ -103,7 +103,7 @@ pub(crate) fn execute(
     };
     let mut requested = Vec::new();
     let outcome = match study.adaptive() {
-        None => compute(&run, &of_axes, &mut requested),
+        None => compute(&run, &of_axes, examined, &mut requested),
         Some(_) => compute_chosen(&run, &mut requested),
     };
     drop(of_axes);
@@ -166,18 +166,19 @@ struct StudyRun<'a> {
 }
 
 /// Checks a study and opens its store; a study that is refused leaves no store behind. Returns the
-/// jobs of its axes as well.
-fn open_for<'s>(study: &'s Study, directory: &Path) -> Result<(Store, RunJobs<'s>)> {
-    let mut jobs = RunJobs::of_axes(study)?;
-    let is_new = !directory.exists();
-    if is_new {
-        jobs.examine(|_| false)?;
-    }
+/// jobs of its axes as well, and what was learnt of them.
+fn open_for<'s>(study: &'s Study, directory: &Path) -> Result<(Store, RunJobs<'s>, ExaminedJobs)> {
+    let jobs = RunJobs::of_axes(study)?;
+    let examined = match directory.exists() {
+        false => Some(jobs.examine(|_| false)?),
+        true => None,
+    };
     let store = Store::open(directory)?;
-    if !is_new {
-        jobs.examine(|key| store.contains(key))?;
-    }
-    Ok((store, jobs))
+    let examined = match examined {
+        Some(examined) => examined,
+        None => jobs.examine(|key| store.contains(key))?,
+    };
+    Ok((store, jobs, examined))
 }
 
 /// The state of a run over its rounds.
@@ -202,10 +203,11 @@ impl RunState {
 fn compute(
     run: &StudyRun<'_>,
     jobs: &RunJobs<'_>,
+    examined: ExaminedJobs,
     requested: &mut Vec<JobKey>,
 ) -> Result<RunTally> {
     let mut state = RunState::new(run.args);
-    let left = jobs.left(run.store, run.args.retry_failed, &HashSet::new())?;
+    let left = jobs.left(examined, run.store, run.args.retry_failed, &HashSet::new())?;
     state.tally.jobs = jobs.len();
     state.tally.computing = left.tasks.len();
     if let Some(exporter) = run.exporter {
@@ -230,7 +232,7 @@ fn compute_chosen(run: &StudyRun<'_>, requested: &mut Vec<JobKey>) -> Result<Run
         let points = choice::gather(study, &StoreSource::Store(store))?.choice.points;
         let jobs = RunJobs::of_points(study, points);
         requested.extend(jobs.keys().filter(|key| known.insert(*key)));
-        let left = jobs.left(store, args.retry_failed, &computed)?;
+        let left = jobs.left(ExaminedJobs::default(), store, args.retry_failed, &computed)?;
         computed.extend(left.tasks.iter().map(|task| task.key));
         (state.tally.jobs, state.tally.computing) = (known.len(), computed.len());
         if let Some(exporter) = exporter {

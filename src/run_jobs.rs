@@ -27,8 +27,6 @@ pub(crate) struct RunJobs<'s> {
     study: &'s Study,
     points: RunPoints<'s>,
     jobs: Vec<RunJob>,
-    /// The forecasts of the jobs that were examined; empty if none were.
-    forecasts: Vec<Option<JobForecast>>,
 }
 
 /// The points of a run.
@@ -58,6 +56,10 @@ struct JobForecast {
     /// The predicted memory \[bytes\].
     memory: u64,
 }
+
+/// The forecasts of the jobs that were examined; empty if none were.
+#[derive(Default)]
+pub(crate) struct ExaminedJobs(Vec<Option<JobForecast>>);
 
 /// The jobs that are left to run.
 pub(crate) struct JobsLeft<'j> {
@@ -92,14 +94,14 @@ impl<'s> RunJobs<'s> {
             found.into_iter().for_each(|key| list.add(key));
         }
         let points = RunPoints::Enumerated(Box::new(keys));
-        Ok(Self { study, points, jobs: list.jobs, forecasts: Vec::new() })
+        Ok(Self { study, points, jobs: list.jobs })
     }
 
     /// Lists the jobs at points that the study has chosen.
     pub(crate) fn of_points(study: &'s Study, points: Vec<StudyPoint>) -> Self {
         let mut list = JobCollector::default();
         points.iter().for_each(|point| list.add(Some(point.key)));
-        Self { study, points: RunPoints::Chosen(points), jobs: list.jobs, forecasts: Vec::new() }
+        Self { study, points: RunPoints::Chosen(points), jobs: list.jobs }
     }
 
     /// Returns the number of jobs.
@@ -134,7 +136,7 @@ impl<'s> RunJobs<'s> {
     /// Examines the jobs for which `is_done` does not hold, and refuses one whose scene cannot be
     /// laid out or bound to its grid, before anything runs. This takes less than a tenth of what
     /// solving them does, and assembles no operator.
-    pub(crate) fn examine(&mut self, is_done: impl Fn(&JobKey) -> bool + Sync) -> Result<()> {
+    pub(crate) fn examine(&self, is_done: impl Fn(&JobKey) -> bool + Sync) -> Result<ExaminedJobs> {
         let mut forecasts = Vec::with_capacity(self.jobs.len());
         for block in self.jobs.chunks(AT_A_TIME) {
             let examined = block.par_iter().map(|job| match is_done(&job.key) {
@@ -146,8 +148,7 @@ impl<'s> RunJobs<'s> {
                 forecasts.push(forecast?);
             }
         }
-        self.forecasts = forecasts;
-        Ok(())
+        Ok(ExaminedJobs(forecasts))
     }
 
     /// Forecasts a job and, if it is to be bound, tries that.
@@ -163,9 +164,11 @@ impl<'s> RunJobs<'s> {
         Ok(JobForecast { operator, seconds, assembly, memory })
     }
 
-    /// Returns the jobs that are left, without those in `computed`.
+    /// Returns the jobs that are left, without those in `computed`. Those that were not examined
+    /// are forecast now.
     pub(crate) fn left(
         &self,
+        examined: ExaminedJobs,
         store: &WrittenStore<'_>,
         retry_failed: bool,
         computed: &HashSet<JobKey>,
@@ -182,8 +185,12 @@ impl<'s> RunJobs<'s> {
                 if computed.contains(&job.key) || is_cached() {
                     return Ok(None);
                 }
-                let forecast = self.forecast(block * AT_A_TIME + offset, *job)?;
-                let task = self.task(block * AT_A_TIME + offset, *job, &forecast)?;
+                let index = block * AT_A_TIME + offset;
+                let forecast = match examined.0.get(index).copied().flatten() {
+                    Some(forecast) => forecast,
+                    None => self.examined(*job, false)?,
+                };
+                let task = self.task(index, *job, &forecast)?;
                 Ok(Some((task, forecast.assembly, state == RecordState::Damaged)))
             });
             let tasks: Vec<Result<Option<_>>> = tasks.collect();
@@ -197,14 +204,6 @@ impl<'s> RunJobs<'s> {
         }
         share_operators(&mut left.tasks, &assemblies);
         Ok(left)
-    }
-
-    /// Returns the forecast of a job, which may have been made when it was examined.
-    fn forecast(&self, index: usize, job: RunJob) -> Result<JobForecast> {
-        match self.forecasts.get(index).copied().flatten() {
-            Some(forecast) => Ok(forecast),
-            None => self.examined(job, false),
-        }
     }
 
     fn task(
@@ -264,7 +263,7 @@ impl<'s> RunJobs<'s> {
 /// Collects distinct jobs.
 #[derive(Default)]
 struct JobCollector {
-    /// Half of each key, which tells 10⁶ jobs apart but for one chance in 10²⁶.
+    /// Half of each key.
     seen: HashSet<u128>,
     jobs: Vec<RunJob>,
     /// The number of points so far.
@@ -277,8 +276,7 @@ impl JobCollector {
         let point = self.points;
         self.points += 1;
         let Some(key) = key else { return };
-        let half = key.0.first_chunk().map_or(0, |bytes| u128::from_be_bytes(*bytes));
-        if self.seen.insert(half) {
+        if self.seen.insert(key.half()) {
             self.jobs.push(RunJob { key, point });
         }
     }

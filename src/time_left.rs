@@ -5,7 +5,7 @@
 //! ones. So they are held against the times of the jobs that have ended, those of a like size
 //! first. What is left is shared by the workers, and takes no less than the longest job.
 
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 
 use identity::JobKey;
 use runner::{Event, EventKind, Task};
@@ -93,7 +93,8 @@ impl JobsBySize {
 /// The jobs that a worker holds, the one that it is doing first.
 #[derive(Clone, Debug, Default)]
 struct HeldJobs {
-    jobs: VecDeque<JobKey>,
+    /// Their places among all.
+    jobs: VecDeque<usize>,
     by_size: JobsBySize,
     /// The time since which it does the first of them \[s\].
     since: f64,
@@ -102,6 +103,8 @@ struct HeldJobs {
 /// A job of the run.
 #[derive(Clone, Copy, Debug)]
 struct TimedJob {
+    /// Half of its key.
+    half: u128,
     /// The predicted time \[s\].
     predicted: f64,
     stage: JobStage,
@@ -119,7 +122,8 @@ enum JobStage {
 /// The estimate of the time that a run still takes.
 #[derive(Debug)]
 pub(crate) struct TimeLeft {
-    jobs: HashMap<JobKey, TimedJob>,
+    /// The jobs in the order of their keys.
+    jobs: Vec<TimedJob>,
     waiting: JobsBySize,
     held: BTreeMap<u32, HeldJobs>,
     calibration: Calibration,
@@ -139,13 +143,13 @@ impl TimeLeft {
         calibration: Calibration,
     ) -> Self {
         let mut waiting = JobsBySize::default();
-        let mut jobs = HashMap::new();
-        // The sums are in the order of the tasks: over a hash map their last digits would differ.
+        let mut jobs = Vec::new();
         for task in tasks {
             let predicted = sane(task.cost);
             waiting.add(predicted);
-            jobs.insert(task.key, TimedJob { predicted, stage: JobStage::Waiting });
+            jobs.push(TimedJob { half: task.key.half(), predicted, stage: JobStage::Waiting });
         }
+        jobs.sort_unstable_by_key(|job| job.half);
         Self {
             jobs,
             waiting,
@@ -185,8 +189,8 @@ impl TimeLeft {
             EventKind::WorkersLimited { workers, .. } => self.workers = *workers,
             EventKind::WorkerLost { worker, .. } => {
                 let lost = self.held.get(worker).map(|held| held.jobs.clone());
-                for key in lost.unwrap_or_default() {
-                    self.change(&key, JobStage::Waiting, now);
+                for job in lost.unwrap_or_default() {
+                    self.change_at(job, JobStage::Waiting, now);
                 }
             }
             _ => {}
@@ -196,18 +200,28 @@ impl TimeLeft {
     /// Moves a job to another stage, and returns its predicted time; `None` if it is there already,
     /// or if there is no such job.
     fn change(&mut self, key: &JobKey, stage: JobStage, now: f64) -> Option<f64> {
-        let job = self.jobs.get_mut(key).filter(|job| job.stage != stage)?;
-        let TimedJob { predicted, stage: before } = *job;
+        self.change_at(self.place(key)?, stage, now)
+    }
+
+    /// Returns the place of a job among all.
+    fn place(&self, key: &JobKey) -> Option<usize> {
+        self.jobs.binary_search_by_key(&key.half(), |job| job.half).ok()
+    }
+
+    /// Moves the job at a place to another stage.
+    fn change_at(&mut self, place: usize, stage: JobStage, now: f64) -> Option<f64> {
+        let job = self.jobs.get_mut(place).filter(|job| job.stage != stage)?;
+        let TimedJob { predicted, stage: before, .. } = *job;
         job.stage = stage;
         match before {
             JobStage::Waiting => self.waiting.remove(predicted),
             JobStage::Held(worker) => {
                 if let Some(held) = self.held.get_mut(&worker) {
-                    let place = held.jobs.iter().position(|other| other == key);
-                    place.and_then(|place| held.jobs.remove(place));
+                    let turn = held.jobs.iter().position(|other| *other == place);
+                    turn.and_then(|turn| held.jobs.remove(turn));
                     held.by_size.remove(predicted);
                     // Only the end of the first job is the begin of another.
-                    if place == Some(0) {
+                    if turn == Some(0) {
                         held.since = now;
                     }
                     if held.jobs.is_empty() {
@@ -222,7 +236,7 @@ impl TimeLeft {
             JobStage::Held(worker) => {
                 let fresh = HeldJobs { since: now, ..HeldJobs::default() };
                 let held = self.held.entry(worker).or_insert(fresh);
-                held.jobs.push_back(*key);
+                held.jobs.push_back(place);
                 held.by_size.add(predicted);
             }
             JobStage::Ended => {}
@@ -246,7 +260,7 @@ impl TimeLeft {
         // As long as nothing has ended, a job that takes longer than it should tells of the others.
         let mut slowest = 1.0_f64;
         for held in self.held.values() {
-            let Some(job) = held.jobs.front().and_then(|key| self.jobs.get(key)) else { continue };
+            let Some(job) = held.jobs.front().and_then(|job| self.jobs.get(*job)) else { continue };
             let expected = job.predicted * self.calibration.factor(class(job.predicted));
             let elapsed = (now - held.since).max(0.0);
             let overtime = OVERTIME * (elapsed - expected);
@@ -359,7 +373,7 @@ mod tests {
             let (key, end) = self.running.remove(index);
             self.now = end;
             let Some(TimedJob { stage: JobStage::Held(worker), .. }) =
-                self.left.jobs.get(&key).copied()
+                self.left.place(&key).map(|job| self.left.jobs[job])
             else {
                 panic!("a job ends that nobody holds")
             };

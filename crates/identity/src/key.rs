@@ -17,6 +17,12 @@ impl JobKey {
         hasher.update(canonical);
         hasher.key()
     }
+
+    /// Returns the first half of the key. It takes less room and tells 10⁶ jobs apart but for one
+    /// chance in 10²⁶.
+    pub fn half(&self) -> u128 {
+        self.0.first_chunk().map_or(0, |bytes| u128::from_be_bytes(*bytes))
+    }
 }
 
 /// Computes the key of a job whose canonical text comes in pieces. A clone goes on from what both

@@ -3,8 +3,7 @@
 use std::ops::RangeInclusive;
 use std::sync::LazyLock;
 
-use skrifa::instance::{LocationRef, Size};
-use skrifa::{FontRef, MetadataProvider};
+use ttf_parser::Face;
 
 /// Arimo, which has the metrics of Arial and Helvetica, so that the measures taken here hold with
 /// each of them.
@@ -15,14 +14,20 @@ pub(crate) const FAMILIES: &str = "Arimo, 'Liberation Sans', Arial, Helvetica, s
 /// The advance of every character of the font, as a fraction of the font size, in order of
 /// characters.
 static ADVANCES: LazyLock<Vec<(u32, f32)>> = LazyLock::new(|| {
-    let Ok(font) = FontRef::new(FONT) else { return Vec::new() };
-    let metrics = font.glyph_metrics(Size::new(1.0), LocationRef::default());
-    let mut advances: Vec<(u32, f32)> = font
-        .charmap()
-        .mappings()
-        .map(|(c, glyph)| (c, metrics.advance_width(glyph).unwrap_or(0.6)))
-        .collect();
+    let Ok(face) = Face::parse(FONT, 0) else { return Vec::new() };
+    let em = f32::from(face.units_per_em());
+    let mut advances = Vec::new();
+    for table in face.tables().cmap.iter().flat_map(|map| map.subtables) {
+        if table.is_unicode() {
+            table.codepoints(|c| {
+                let glyph = table.glyph_index(c);
+                let advance = glyph.and_then(|glyph| face.glyph_hor_advance(glyph));
+                advances.extend(advance.map(|advance| (c, f32::from(advance) / em)));
+            });
+        }
+    }
     advances.sort_by_key(|&(c, _)| c);
+    advances.dedup_by_key(|&mut (c, _)| c);
     advances
 });
 

@@ -41,7 +41,7 @@ pub struct Summary {
 
 /// Runs the tasks over a transport, as [`crate::run`] does over shared memory.
 pub(crate) fn drive<P: Payload>(
-    tasks: &[Task<P>],
+    tasks: Vec<Task<P>>,
     ledger: &mut dyn Ledger,
     options: &Options,
     transport: &mut impl Transport,
@@ -50,7 +50,10 @@ pub(crate) fn drive<P: Payload>(
 ) -> Result<Summary, RunError> {
     let start = Instant::now();
     let mut clock = AwakeClock::new();
-    let mut coordinator = Coordinator::new(tasks, options);
+    let mut coordinator = Coordinator::new(&tasks, options);
+    // The coordinator knows the rest. An allocation for a million tasks would not shrink in place.
+    let mut payloads = Vec::with_capacity(tasks.len());
+    payloads.extend(tasks.into_iter().map(|task| task.payload));
     let mut inbox = VecDeque::from([Input::Begin]);
     let mut heard = RequestsHeard::default();
     inbox.extend(heard.news(interrupt));
@@ -66,13 +69,13 @@ pub(crate) fn drive<P: Payload>(
                 }),
                 Action::Kill(worker) => transport.kill(worker),
                 Action::Assign(worker, jobs) => {
-                    let bytes = |(_, job): &(_, usize)| tasks[*job].payload.bytes();
-                    let payloads: Vec<_> = jobs
+                    let bytes = |(_, job): &(_, usize)| payloads[*job].bytes();
+                    let sent: Vec<_> = jobs
                         .iter()
                         .map(bytes)
                         .collect::<Result<_, _>>()
                         .map_err(RunError::Payload)?;
-                    let assigned = jobs.iter().zip(&payloads);
+                    let assigned = jobs.iter().zip(&sent);
                     let assigned = assigned.map(|((lease, _), payload)| Assignment {
                         lease: *lease,
                         payload: &**payload,
@@ -92,7 +95,7 @@ pub(crate) fn drive<P: Payload>(
             }
         }
         #[cfg(debug_assertions)]
-        if tasks.len() <= 100
+        if payloads.len() <= 100
             && let Err(broken) = coordinator.check()
         {
             return Err(RunError::Inconsistent(broken));

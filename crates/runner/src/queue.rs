@@ -6,14 +6,10 @@
 //! unclaimed group is left.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Bound::{Excluded, Unbounded};
+use std::collections::BTreeMap;
 
 /// The index of a group in the queue, which is not the number that the caller gave it.
 pub(crate) type GroupIndex = usize;
-
-/// The bits of a cost. Costs are positive and finite, so their bits have the same order.
-type CostBits = Reverse<u64>;
 
 /// A job as the queue knows it.
 #[derive(Clone, Copy, Debug)]
@@ -26,65 +22,82 @@ pub(crate) struct QueuedJob {
     pub(crate) cost: f64,
 }
 
-/// The place of a waiting job in its group.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// The numbers that decide on the turn of a job.
+#[derive(Clone, Copy, Debug)]
 struct Turn {
+    group: u32,
     rank: u32,
-    cost: CostBits,
-    job: usize,
+    /// The bits of its cost. Costs are positive and finite, so their bits have the same order.
+    cost: u64,
 }
 
-/// The place of a group in the queue: the lowest rank of its jobs, and the cost of all of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct GroupTurn {
-    rank: u32,
-    total: CostBits,
-}
-
-#[derive(Debug)]
+/// A group of jobs.
+#[derive(Clone, Copy, Debug)]
 struct JobGroup {
-    waiting: BTreeSet<Turn>,
-    turn: GroupTurn,
+    /// The first of its places in the line of turns.
+    start: u32,
+    /// The place after its last.
+    end: u32,
+    /// The number of its jobs that wait.
+    waiting: u32,
     /// The number of live workers that hold this group.
-    holders: usize,
+    holders: u32,
 }
 
-/// The jobs that wait, by group.
+/// The jobs that wait, by group. A waiting job takes some 25 bytes, for there may be a million.
 #[derive(Debug, Default)]
 pub(crate) struct Queue {
+    /// The groups in the order in which they are taken.
     groups: Vec<JobGroup>,
-    /// Every group that has a waiting job, in the order in which they are taken.
-    open: BTreeSet<(GroupTurn, GroupIndex)>,
-    /// Every waiting job, the cheapest first.
-    by_cost: BTreeSet<(u64, usize)>,
+    /// The groups that have a waiting job.
+    open: PlaceSet,
+    jobs: Vec<Turn>,
+    /// The jobs by group, and those of a group by their turns.
+    by_turn: Line,
+    /// The jobs by their costs, the cheapest first.
+    by_cost: Line,
     /// The sum of the costs of all waiting jobs, in whole nanoseconds, so that what is added and
     /// taken away leaves no rest.
     nanoseconds: u128,
-    /// The group and the turn of each job.
-    jobs: Vec<(GroupIndex, Turn)>,
 }
 
 impl Queue {
     /// Makes a queue of all jobs.
-    pub(crate) fn new(jobs: impl IntoIterator<Item = QueuedJob>) -> Queue {
-        let mut queue = Queue::default();
+    pub(crate) fn new(queued: impl IntoIterator<Item = QueuedJob>) -> Queue {
         let mut index = BTreeMap::new();
-        let mut totals: Vec<f64> = Vec::new();
-        for (job, QueuedJob { group, rank, cost }) in jobs.into_iter().enumerate() {
+        // The lowest rank, the total cost and the number of jobs of each group.
+        let mut groups: Vec<(u32, f64, u32)> = Vec::new();
+        let mut jobs: Vec<Turn> = Vec::new();
+        for QueuedJob { group, rank, cost } in queued {
             let group = *index.entry(group).or_insert_with(|| {
-                let turn = GroupTurn { rank, total: Reverse(0) };
-                queue.groups.push(JobGroup { waiting: BTreeSet::new(), turn, holders: 0 });
-                totals.push(0.0);
-                queue.groups.len() - 1
+                groups.push((rank, 0.0, 0));
+                groups.len() - 1
             });
-            totals[group] += cost;
-            let turn = &mut queue.groups[group].turn;
-            turn.rank = turn.rank.min(rank);
-            queue.jobs.push((group, Turn { rank, cost: Reverse(cost.to_bits()), job }));
+            let (lowest, total, count) = &mut groups[group];
+            *lowest = rank.min(*lowest);
+            *total += cost;
+            *count += 1;
+            jobs.push(Turn { group: group as u32, rank, cost: cost.to_bits() });
         }
-        for (group, total) in queue.groups.iter_mut().zip(&totals) {
-            group.turn.total = Reverse(total.to_bits());
+        drop(index);
+        let mut turns: Vec<u32> = (0..groups.len() as u32).collect();
+        turns.sort_by_key(|&group| {
+            let (rank, total, _) = groups[group as usize];
+            (rank, Reverse(total.to_bits()))
+        });
+        let mut numbers = vec![0; groups.len()];
+        let mut queue = Queue { open: PlaceSet::new(groups.len()), ..Queue::default() };
+        let mut start = 0;
+        for (number, &group) in turns.iter().enumerate() {
+            numbers[group as usize] = number as u32;
+            let end = start + groups[group as usize].2;
+            queue.groups.push(JobGroup { start, end, waiting: 0, holders: 0 });
+            start = end;
         }
+        jobs.iter_mut().for_each(|turn| turn.group = numbers[turn.group as usize]);
+        queue.by_turn = Line::new(&jobs, Turn::place);
+        queue.by_cost = Line::new(&jobs, Turn::price);
+        queue.jobs = jobs;
         for job in 0..queue.jobs.len() {
             queue.put(job);
         }
@@ -93,7 +106,7 @@ impl Queue {
 
     /// Returns the number of waiting jobs.
     pub(crate) fn len(&self) -> usize {
-        self.by_cost.len()
+        self.by_cost.waiting.count
     }
 
     /// Returns the predicted time of all waiting jobs together \[s\].
@@ -103,45 +116,53 @@ impl Queue {
 
     /// Returns the waiting job with the longest predicted time.
     pub(crate) fn longest(&self) -> Option<usize> {
-        self.by_cost.last().map(|&(_, job)| job)
+        Some(self.by_cost.job(self.by_cost.waiting.last()?))
     }
 
     /// Returns the waiting job with the shortest predicted time.
     pub(crate) fn shortest(&self) -> Option<usize> {
-        self.by_cost.first().map(|&(_, job)| job)
+        Some(self.by_cost.job(self.by_cost.waiting.next(0)?))
     }
 
     /// Returns the group of a job.
     pub(crate) fn group(&self, job: usize) -> GroupIndex {
-        self.jobs[job].0
+        self.jobs[job].group as usize
     }
 
     /// Returns true if this job waits.
     #[cfg(any(test, debug_assertions))] // The invariants ask for it.
     pub(crate) fn contains(&self, job: usize) -> bool {
-        let (group, turn) = self.jobs[job];
-        self.groups[group].waiting.contains(&turn)
+        let place = self.by_turn.place(&self.jobs, Turn::place, job);
+        self.by_turn.waiting.contains(place)
     }
 
     /// Puts a job back into its place in the order.
     pub(crate) fn put(&mut self, job: usize) {
-        let (group, turn) = self.jobs[job];
-        self.groups[group].waiting.insert(turn);
-        if self.by_cost.insert((turn.cost.0, job)) {
-            self.nanoseconds += nanoseconds(turn.cost);
+        let place = self.by_turn.place(&self.jobs, Turn::place, job);
+        if self.by_turn.waiting.insert(place) {
+            let price = self.by_cost.place(&self.jobs, Turn::price, job);
+            self.by_cost.waiting.insert(price);
+            let Turn { group, cost, .. } = self.jobs[job];
+            self.nanoseconds += nanoseconds(cost);
+            self.groups[group as usize].waiting += 1;
+            self.open.insert(group as usize);
         }
-        self.open.insert((self.groups[group].turn, group));
     }
 
     /// Takes this very job out if it waits, and returns true if it did.
     pub(crate) fn take_this(&mut self, job: usize) -> bool {
-        let (group, turn) = self.jobs[job];
-        let taken = self.groups[group].waiting.remove(&turn);
-        if self.by_cost.remove(&(turn.cost.0, job)) {
-            self.nanoseconds -= nanoseconds(turn.cost);
-        }
-        if self.groups[group].waiting.is_empty() {
-            self.open.remove(&(self.groups[group].turn, group));
+        let place = self.by_turn.place(&self.jobs, Turn::place, job);
+        let taken = self.by_turn.waiting.remove(place);
+        if taken {
+            let price = self.by_cost.place(&self.jobs, Turn::price, job);
+            self.by_cost.waiting.remove(price);
+            let Turn { group, cost, .. } = self.jobs[job];
+            self.nanoseconds -= nanoseconds(cost);
+            let waiting = &mut self.groups[group as usize].waiting;
+            *waiting -= 1;
+            if *waiting == 0 {
+                self.open.remove(group as usize);
+            }
         }
         taken
     }
@@ -159,7 +180,7 @@ impl Queue {
     /// Returns the number of workers that hold each group.
     #[cfg(any(test, debug_assertions))]
     pub(crate) fn holders(&self) -> Vec<usize> {
-        self.groups.iter().map(|group| group.holders).collect()
+        self.groups.iter().map(|group| group.holders as usize).collect()
     }
 
     /// Takes the next job that `fits`, and whose predicted time is at most `longest` \[s\], for a
@@ -171,50 +192,178 @@ impl Queue {
         fits: impl Fn(usize) -> bool,
     ) -> Option<(usize, GroupIndex)> {
         let longest = longest.max(0.0).to_bits();
-        if self.by_cost.first().is_none_or(|&(cost, _)| cost > longest) {
+        if self.shortest().is_none_or(|job| self.jobs[job].cost > longest) {
             return None;
         }
-        let first = |group: GroupIndex| {
-            let waiting = &self.groups[group].waiting;
-            // Of each rank those that are too long are passed over at once.
-            let mut from = waiting.first().copied();
-            while let Some(Turn { rank, .. }) = from {
-                let first = Turn { rank, cost: Reverse(longest), job: 0 };
-                let last = Turn { rank, cost: Reverse(0), job: usize::MAX };
-                let found = waiting.range(first..=last).find(|turn| fits(turn.job));
-                if let Some(turn) = found {
-                    return Some(turn.job);
-                }
-                from = waiting.range((Excluded(last), Unbounded)).next().copied();
-            }
-            None
-        };
-        let held = held.and_then(|group| Some((group, first(group)?)));
+        let first = |group: GroupIndex| Some((group, self.first(group, longest, &fits)?));
         let unclaimed = || {
-            let mut free = self.open.iter().filter(|(_, group)| self.groups[*group].holders == 0);
-            free.find_map(|&(_, group)| Some((group, first(group)?)))
+            let mut free = self.open.iter().filter(|&group| self.groups[group].holders == 0);
+            free.find_map(first)
         };
         let shared = || {
-            let mut claimed: Vec<_> =
-                self.open.iter().filter(|(_, group)| self.groups[*group].holders > 0).collect();
-            claimed.sort_by_key(|(turn, group)| {
-                (Reverse(self.groups[*group].waiting.len()), *turn, *group)
-            });
-            claimed.into_iter().find_map(|&(_, group)| Some((group, first(group)?)))
+            let mut claimed: Vec<GroupIndex> =
+                self.open.iter().filter(|&group| self.groups[group].holders > 0).collect();
+            claimed.sort_by_key(|&group| Reverse(self.groups[group].waiting));
+            claimed.into_iter().find_map(first)
         };
-        let (group, job) = held.or_else(unclaimed).or_else(shared)?;
+        let (group, job) = held.and_then(first).or_else(unclaimed).or_else(shared)?;
         self.take_this(job);
         Some((job, group))
     }
+
+    /// Returns the first waiting job of a group that fits and is not too long.
+    fn first(
+        &self,
+        group: GroupIndex,
+        longest: u64,
+        fits: &impl Fn(usize) -> bool,
+    ) -> Option<usize> {
+        let JobGroup { start, end, .. } = self.groups[group];
+        let (mut from, end) = (start as usize, end as usize);
+        loop {
+            let place = self.by_turn.waiting.next(from).filter(|&place| place < end)?;
+            let job = self.by_turn.job(place);
+            let Turn { rank, cost, .. } = self.jobs[job];
+            if cost <= longest {
+                if fits(job) {
+                    return Some(job);
+                }
+                from = place + 1;
+            } else {
+                // Of each rank those that are too long are passed over at once.
+                from = place
+                    + self.by_turn.order[place..end].partition_point(|&job| {
+                        let turn = &self.jobs[job as usize];
+                        turn.rank == rank && turn.cost > longest
+                    });
+            }
+        }
+    }
 }
 
-/// Returns a cost in whole nanoseconds.
-fn nanoseconds(Reverse(cost): CostBits) -> u128 {
+impl Turn {
+    /// Returns what orders a job among all: its group, its rank, the long ones first.
+    fn place(&self) -> (u32, u32, Reverse<u64>) {
+        (self.group, self.rank, Reverse(self.cost))
+    }
+
+    /// Returns what orders a job by its cost.
+    fn price(&self) -> u64 {
+        self.cost
+    }
+}
+
+/// The jobs in a fixed order, of which some wait.
+#[derive(Debug, Default)]
+struct Line {
+    order: Vec<u32>,
+    /// The places of those that wait.
+    waiting: PlaceSet,
+}
+
+impl Line {
+    /// Lines jobs up by a key, and by their indices where that is the same. None waits.
+    fn new<K: Ord>(jobs: &[Turn], key: impl Fn(&Turn) -> K) -> Line {
+        let mut order: Vec<u32> = (0..jobs.len() as u32).collect();
+        order.sort_unstable_by_key(|&job| (key(&jobs[job as usize]), job));
+        Line { order, waiting: PlaceSet::new(jobs.len()) }
+    }
+
+    /// Returns the job at a place.
+    fn job(&self, place: usize) -> usize {
+        self.order[place] as usize
+    }
+
+    /// Returns the place of a job, given the key that the line was made with.
+    fn place<K: Ord>(&self, jobs: &[Turn], key: impl Fn(&Turn) -> K, job: usize) -> usize {
+        let sought = (key(&jobs[job]), job);
+        self.order.partition_point(|&job| (key(&jobs[job as usize]), job as usize) < sought)
+    }
+}
+
+/// A set of places as bits, with a bit for each word of them that has any.
+#[derive(Debug, Default)]
+struct PlaceSet {
+    words: Vec<u64>,
+    has_any: Vec<u64>,
+    count: usize,
+}
+
+impl PlaceSet {
+    /// Makes an empty set of places below a number.
+    fn new(places: usize) -> PlaceSet {
+        let words = vec![0; places.div_ceil(64)];
+        PlaceSet { has_any: vec![0; words.len().div_ceil(64)], words, count: 0 }
+    }
+
+    #[cfg(any(test, debug_assertions))]
+    fn contains(&self, place: usize) -> bool {
+        self.words[place / 64] >> (place % 64) & 1 == 1
+    }
+
+    /// Adds a place, and returns true if it was not there.
+    fn insert(&mut self, place: usize) -> bool {
+        let (word, bit) = (place / 64, 1 << (place % 64));
+        let is_new = self.words[word] & bit == 0;
+        self.words[word] |= bit;
+        self.has_any[word / 64] |= 1 << (word % 64);
+        self.count += usize::from(is_new);
+        is_new
+    }
+
+    /// Takes a place away, and returns true if it was there.
+    fn remove(&mut self, place: usize) -> bool {
+        let (word, bit) = (place / 64, 1 << (place % 64));
+        let was_there = self.words[word] & bit != 0;
+        self.words[word] &= !bit;
+        if self.words[word] == 0 {
+            self.has_any[word / 64] &= !(1 << (word % 64));
+        }
+        self.count -= usize::from(was_there);
+        was_there
+    }
+
+    /// Returns the first place from one on.
+    fn next(&self, from: usize) -> Option<usize> {
+        let word = from / 64;
+        let rest = self.words.get(word)? & (u64::MAX << (from % 64));
+        if rest != 0 {
+            return Some(word * 64 + rest.trailing_zeros() as usize);
+        }
+        let after = word + 1;
+        let mut mask = u64::MAX << (after % 64);
+        for (above, words) in self.has_any.iter().enumerate().skip(after / 64) {
+            let found = words & mask;
+            if found != 0 {
+                let word = above * 64 + found.trailing_zeros() as usize;
+                return Some(word * 64 + self.words[word].trailing_zeros() as usize);
+            }
+            mask = u64::MAX;
+        }
+        None
+    }
+
+    /// Returns the last place.
+    fn last(&self) -> Option<usize> {
+        let above = self.has_any.iter().rposition(|&words| words != 0)?;
+        let word = above * 64 + self.has_any[above].ilog2() as usize;
+        Some(word * 64 + self.words[word].ilog2() as usize)
+    }
+
+    fn iter(&self) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(self.next(0), |place| self.next(place + 1))
+    }
+}
+
+/// Returns a cost, given its bits, in whole nanoseconds.
+fn nanoseconds(cost: u64) -> u128 {
     (f64::from_bits(cost) * 1e9) as u128
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     /// Makes a queue of jobs given as their groups and costs.
@@ -288,5 +437,105 @@ mod tests {
         queue.put(1);
         queue.put(1);
         assert_eq!(queue.seconds(), 8.0, "a job waits once");
+    }
+
+    /// The queue in plain words: it looks at all jobs.
+    struct PlainQueue {
+        jobs: Vec<QueuedJob>,
+        waiting: Vec<bool>,
+    }
+
+    impl PlainQueue {
+        fn waiting(&self) -> impl Iterator<Item = usize> + '_ {
+            (0..self.jobs.len()).filter(|&job| self.waiting[job])
+        }
+
+        fn next(
+            &self,
+            held: Option<u64>,
+            claimed: &[u64],
+            longest: f64,
+            fits: impl Fn(usize) -> bool,
+        ) -> Option<usize> {
+            let group = |job: usize| self.jobs[job].group;
+            let turn = |group: u64| {
+                let all = self.jobs.iter().enumerate().filter(|(_, job)| job.group == group);
+                let rank = all.clone().map(|(_, job)| job.rank).min();
+                let total: f64 = all.clone().map(|(_, job)| job.cost).sum();
+                (rank, Reverse(total.to_bits()), all.map(|(number, _)| number).min())
+            };
+            let ready = self.waiting().filter(|&job| self.jobs[job].cost <= longest && fits(job));
+            ready.min_by_key(|&job| {
+                let number = group(job);
+                let shared = claimed.contains(&number) as usize;
+                let others = self.waiting().filter(|&other| group(other) == number).count();
+                let QueuedJob { rank, cost, .. } = self.jobs[job];
+                (
+                    held != Some(number),
+                    shared,
+                    Reverse(shared * others),
+                    turn(number),
+                    rank,
+                    Reverse(cost.to_bits()),
+                    job,
+                )
+            })
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_queue_gives_what_a_look_at_all_jobs_gives(
+            jobs in prop::collection::vec((0..12u64, 0..3u32, 1..30u32), 1..150),
+            steps in prop::collection::vec(
+                (0..3usize, prop::option::of(0..30u32), 1..5usize, prop::option::of(0..150usize)),
+                1..300,
+            ),
+        ) {
+            let queued = |&(group, rank, cost): &(u64, u32, u32)| {
+                QueuedJob { group, rank, cost: f64::from(cost) }
+            };
+            let jobs: Vec<QueuedJob> = jobs.iter().map(queued).collect();
+            let mut queue = Queue::new(jobs.clone());
+            let mut plain = PlainQueue { waiting: vec![true; jobs.len()], jobs };
+            let mut holders: [Option<usize>; 3] = [None; 3];
+            for (worker, longest, kept, back) in steps {
+                let longest = longest.map_or(f64::INFINITY, f64::from);
+                let number = |job: usize| plain.jobs[job].group;
+                let claimed: Vec<u64> = holders.iter().flatten().map(|&job| number(job)).collect();
+                let held = holders[worker].map(number);
+                let expected = plain.next(held, &claimed, longest, |job| job % kept == 0);
+                let group = holders[worker].map(|job| queue.group(job));
+                let found = queue.take(group, longest, |job| job % kept == 0);
+                prop_assert_eq!(found.map(|(job, _)| job), expected);
+                if let Some((job, new)) = found {
+                    plain.waiting[job] = false;
+                    queue.hold(group, Some(new));
+                    holders[worker] = Some(job);
+                }
+                if let Some(job) = back.map(|job| job % plain.jobs.len()) {
+                    queue.put(job);
+                    plain.waiting[job] = true;
+                    prop_assert!(queue.contains(job));
+                }
+                let costs = || plain.waiting().map(|job| (plain.jobs[job].cost.to_bits(), job));
+                prop_assert_eq!(queue.shortest(), costs().min().map(|(_, job)| job));
+                prop_assert_eq!(queue.longest(), costs().max().map(|(_, job)| job));
+                prop_assert_eq!(queue.len(), plain.waiting().count());
+            }
+        }
+    }
+
+    #[test]
+    fn places_are_found_across_empty_words() {
+        let mut places = PlaceSet::new(20_000);
+        assert_eq!((places.next(0), places.last()), (None, None));
+        let all = [0, 63, 64, 4095, 4096, 9000, 19_999];
+        assert!(all.iter().all(|&place| places.insert(place)));
+        assert!(!places.insert(9000));
+        assert_eq!(places.iter().collect::<Vec<_>>(), all);
+        assert_eq!((places.next(4097), places.next(9001)), (Some(9000), Some(19_999)));
+        assert!(places.remove(19_999) && !places.remove(19_999));
+        assert_eq!((places.last(), places.next(9001), places.count), (Some(9000), None, 6));
     }
 }

@@ -34,6 +34,7 @@ pub fn run<P: Payload>(
     if let Some(pair) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(RunError::Duplicate(pair[0]));
     }
+    drop(keys);
     sweep_leftovers();
     let mut options = options.clone();
     if let Some(Room { workers, reason }) = room(options.workers.min(tasks.len()), options.threads)
@@ -48,5 +49,5 @@ pub fn run<P: Payload>(
     }
     explain_missing_memory().map_err(TransportError::when("cannot prepare for full memory"))?;
     let mut transport = Processes::new(&options, interrupt.clone())?;
-    drive(&tasks, ledger, &options, &mut transport, interrupt, on_event)
+    drive(tasks, ledger, &options, &mut transport, interrupt, on_event)
 }

@@ -16,7 +16,7 @@ use crate::execution::single_worker;
 use crate::failure_limit::FailureCount;
 use crate::ledger::StoreLedger;
 use crate::output;
-use crate::run_jobs::{JobsLeft, RunJobs};
+use crate::run_jobs::{ExaminedJobs, JobsLeft, RunJobs};
 use crate::stored::WrittenStore;
 use crate::words::duration;
 
@@ -62,7 +62,8 @@ fn run(store: &Path, interrupt: &Interrupt) -> Result<bool> {
     let study = Study::parse(STUDY, "doctor", &mut |_| Err("it names no file".to_owned()))?;
     let store = Store::open(place.path())?;
     let jobs = RunJobs::of_axes(&study)?;
-    let JobsLeft { tasks, .. } = jobs.left(&WrittenStore::new(&store), false, &HashSet::new())?;
+    let JobsLeft { tasks, .. } =
+        jobs.left(ExaminedJobs::default(), &WrittenStore::new(&store), false, &HashSet::new())?;
     let orders: Vec<_> = tasks.iter().map(|task| task.payload).collect();
     let texts = |task: usize| orders.get(task)?.text();
     let account = this_run(&study, None);

@@ -71,7 +71,7 @@ pub(super) fn tally(study: &Study, reader: Option<&StoreReader>) -> Result<PlanT
                 continue;
             };
             tally.points += 1;
-            if seen.insert(half(&point.key)) {
+            if seen.insert(point.key.half()) {
                 distinct.push(point);
             }
         }
@@ -99,8 +99,4 @@ fn planned(study: &Study, index: usize) -> Result<PlannedStep> {
     let forecast = forecast(&job, study.surfaces()).map_err(|error| study.refuse(index, &error))?;
     let point = PlannedPoint { key: job.key(), forecast };
     Ok(PlannedStep { point: Some(point), holding })
-}
-
-fn half(key: &JobKey) -> u128 {
-    key.0.first_chunk().map_or(0, |bytes| u128::from_be_bytes(*bytes))
 }

@@ -2,17 +2,13 @@
 
 use std::sync::LazyLock;
 
-use skrifa::instance::{LocationRef, Size};
-use skrifa::outline::{DrawSettings, OutlinePen};
-use skrifa::raw::TableProvider;
-use skrifa::raw::tables::gpos::{PairPos, PositionSubtables};
-use skrifa::raw::types::GlyphId16;
-use skrifa::{FontRef, GlyphId, MetadataProvider};
 use tiny_skia::{Path, PathBuilder};
+use ttf_parser::gpos::{PairAdjustment, PositioningSubtable};
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 use crate::font::{FONT, is_ignorable};
 
-static FACE: LazyLock<Option<FontRef<'static>>> = LazyLock::new(|| FontRef::new(FONT).ok());
+static FACE: LazyLock<Option<Face<'static>>> = LazyLock::new(|| Face::parse(FONT, 0).ok());
 
 /// A line of text as one outline that begins at the origin of its baseline; y runs downwards.
 pub(super) struct TextOutline {
@@ -32,28 +28,22 @@ impl TextOutline {
     /// to be composed (NFC), and scripts that join letters or run from the right are not set.
     pub(super) fn new(text: &str, size: f32) -> TextOutline {
         let Some(face) = FACE.as_ref() else { return TextOutline { path: None, width: 0.0 } };
-        let settings = || DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
-        let metrics = face.glyph_metrics(Size::unscaled(), LocationRef::default());
-        let units = face.metrics(Size::unscaled(), LocationRef::default()).units_per_em;
-        let (characters, outlines) = (face.charmap(), face.outline_glyphs());
-        let mut pen =
-            ScaledPen { path: PathBuilder::new(), scale: size / f32::from(units), advance: 0.0 };
+        let em = f32::from(face.units_per_em());
+        let mut pen = ScaledPen { path: PathBuilder::new(), scale: size / em, advance: 0.0 };
         let mut last = None;
         for c in text.chars().filter(|&c| !is_ignorable(c)) {
             // The font's own glyph for what it lacks is empty, and would hide that it is lacking.
-            let Some(glyph) = characters.map(c) else {
-                pen.missing(f32::from(units));
+            let Some(glyph) = face.glyph_index(c) else {
+                pen.missing(em);
                 last = None;
                 continue;
             };
             if let Some(last) = last {
                 pen.advance += f32::from(kerning(face, last, glyph).unwrap_or(0));
             }
-            if let Some(outline) = outlines.get(glyph) {
-                // A glyph that is damaged is left out; those of the embedded font are sound.
-                let _ = outline.draw(settings(), &mut pen);
-            }
-            pen.advance += metrics.advance_width(glyph).unwrap_or(0.0);
+            // A blank has no outline.
+            let _ = face.outline_glyph(glyph, &mut pen);
+            pen.advance += f32::from(face.glyph_hor_advance(glyph).unwrap_or(0));
             last = Some(glyph);
         }
         TextOutline { width: pen.advance * pen.scale, path: pen.path.finish() }
@@ -62,37 +52,20 @@ impl TextOutline {
 
 /// Returns what the font adds between two glyphs, in its units; `None` if it has nothing to say of
 /// them.
-fn kerning(face: &FontRef<'_>, first: GlyphId, second: GlyphId) -> Option<i16> {
-    let lookups = face.gpos().ok()?.lookup_list().ok()?;
-    for lookup in lookups.lookups().iter().flatten() {
-        let Ok(PositionSubtables::Pair(tables)) = lookup.subtables() else { continue };
-        for table in tables.iter().flatten() {
-            let value = match table {
-                PairPos::Format1(pairs) => {
-                    let Some(set) = pairs.coverage().ok()?.get(first) else { continue };
-                    let set = pairs.pair_sets().get(usize::from(set)).ok()?;
-                    let mut records = set.pair_value_records().iter().flatten();
-                    records
-                        .find(|record| GlyphId::from(record.second_glyph()) == second)
-                        .and_then(|record| record.value_record1().x_advance())
-                }
-                PairPos::Format2(classes) => {
-                    if classes.coverage().ok()?.get(first).is_none() {
-                        continue;
-                    }
-                    let class = |table: skrifa::raw::tables::layout::ClassDef<'_>,
-                                 glyph: GlyphId| {
-                        usize::from(GlyphId16::try_from(glyph).map_or(0, |glyph| table.get(glyph)))
-                    };
-                    let row = class(classes.class_def1().ok()?, first);
-                    let column = class(classes.class_def2().ok()?, second);
-                    let row = classes.class1_records().get(row).ok()?;
-                    row.class2_records().get(column).ok()?.value_record1().x_advance()
-                }
-            };
-            if value.is_some() {
-                return value;
+fn kerning(face: &Face<'_>, first: GlyphId, second: GlyphId) -> Option<i16> {
+    let lookups = face.tables().gpos?.lookups;
+    let tables = lookups.into_iter().flat_map(|lookup| lookup.subtables.into_iter());
+    for table in tables {
+        let PositioningSubtable::Pair(pairs) = table else { continue };
+        let Some(index) = pairs.coverage().get(first) else { continue };
+        let values = match pairs {
+            PairAdjustment::Format1 { sets, .. } => sets.get(index).and_then(|set| set.get(second)),
+            PairAdjustment::Format2 { classes, matrix, .. } => {
+                matrix.get((classes.0.get(first), classes.1.get(second)))
             }
+        };
+        if let Some((value, _)) = values {
+            return Some(value.x_advance);
         }
     }
     None
@@ -130,7 +103,7 @@ impl ScaledPen {
     }
 }
 
-impl OutlinePen for ScaledPen {
+impl OutlineBuilder for ScaledPen {
     fn move_to(&mut self, x: f32, y: f32) {
         self.path.move_to(self.x(x), self.y(y));
     }
