@@ -11,6 +11,9 @@
 //! - `ratio`: the largest μ of given weights, by iteration;
 //! - [`lower`]: the lower bound of μ*, and the check of its proof;
 //! - [`cases`]: the lower bound by cases of open and closed elements;
+//! - [`cones`]: the lower bound by cases whose fields are cut into cones;
+//! - `exclusion`: the weights that exclude a cone for one μ, or a mixture of fields in it;
+//! - `cone_search`: the search for cases and cones;
 //! - [`witness`]: a field that shows an upper bound, and the check of it;
 //! - `lbfgs`: minimisation of smooth functions of many variables;
 //! - `descent`: local minimisation of F, for a witness;
