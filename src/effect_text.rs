@@ -1,7 +1,6 @@
 //! The effects that are simulated and left out, to be read.
 
-use answers::effects::{EffectGroup, EffectLine, Overview, Prediction, SolverChoice};
-use contact::model::Method;
+use answers::effects::{EffectGroup, EffectLine, JobMethod, Overview, Prediction, SolverChoice};
 
 use report::{Cell, DataTable, TableColumn, TableError};
 
@@ -63,11 +62,19 @@ pub(crate) fn effect_lines(
     lines: &[EffectLine],
     cost: Prediction,
 ) -> String {
-    let solver = solver.map(|SolverChoice { method, reason }| match method {
-        Method::Seidel => format!("  {:<15} seidel, {reason}; it leaves out nothing\n", "method"),
-        Method::Newton | Method::Auto => format!("  {:<15} newton, {reason}\n", "method"),
+    let solver = solver.map(|choice| {
+        format!("  {:<15} {}, {}\n", "method", choice.method.name(), method_reason(choice))
     });
     solver.into_iter().chain(lines.iter().map(|line| effect_line(line, cost))).collect()
+}
+
+/// Returns the reason for a method, and what it does without.
+fn method_reason(SolverChoice { method, reason }: SolverChoice) -> String {
+    if method == JobMethod::Seidel {
+        format!("{reason}; it leaves out nothing")
+    } else {
+        reason.to_owned()
+    }
 }
 
 fn effect_line(line: &EffectLine, cost: Prediction) -> String {
@@ -96,10 +103,8 @@ fn why(line: &EffectLine, cost: Prediction) -> String {
 /// Returns the effects of a group of jobs as a table, after the method.
 pub(crate) fn effect_table(group: &EffectGroup) -> Result<DataTable, TableError> {
     let row = |texts: [&str; 3]| texts.map(Cell::from).to_vec();
-    let solver = group.solver.map(|SolverChoice { method, reason }| match method {
-        Method::Seidel => row(["method", "seidel", &format!("{reason}; it leaves out nothing")]),
-        Method::Newton | Method::Auto => row(["method", "newton", reason]),
-    });
+    let solver =
+        group.solver.map(|choice| row(["method", choice.method.name(), &method_reason(choice)]));
     let effects = group
         .effects
         .iter()

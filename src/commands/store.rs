@@ -398,3 +398,41 @@ fn import(sources: &[PathBuf], target: &Path, json: bool) -> Result<Finish> {
     };
     merged::print_report(&done, &readers, target, json)
 }
+
+#[cfg(test)]
+mod tests {
+    use contact::model::{Foundation, Material, Mesh, Projection};
+    use contact::uniqueness::Sole;
+
+    use super::*;
+
+    /// Both ends of a bracket are proved, so no store that this program writes has two that
+    /// contradict each other.
+    #[test]
+    fn a_bracket_above_that_of_a_part_of_its_domain_is_reported_with_both_ends() {
+        let question = |n: u32| Question {
+            foundation: Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.3 }),
+            punch: None,
+            sole: Sole::Rectangle { width_x: 1.0, width_y: 1.0 },
+            mesh: Mesh::Exact([n, n]),
+            projection: Projection::Average,
+            epsilon: 0.0,
+            plane: false,
+        };
+        let [part, whole] = [2, 3].map(|n| (JobKey::of(1, &n.to_string()), question(n)));
+        let found = |low: f64| {
+            contradicted(vec![
+                (part.0, (part.1.clone(), [2.0, 3.0])),
+                (whole.0, (whole.1.clone(), [low, 4.0])),
+            ])
+        };
+        assert_eq!(found(2.9), []);
+        let [(key, reason)] = &found(3.5)[..] else { panic!("one contradiction") };
+        assert_eq!(*key, whole.0);
+        assert!(
+            reason.contains("its lower end 3.5 is above the upper end 3 of record")
+                && reason.contains(&part.0.to_string()),
+            "{reason}"
+        );
+    }
+}

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use contact::literature::CitedSubject;
-use contact::model::{Effect, Method, Numerics, Shape};
+use contact::model::{Effect, Numerics, Shape};
 use contact::problem::Effects;
 use contact::punch::Surfaces;
 use rayon::prelude::*;
 use study::kind::sensitivity::SensitivityMethod;
 use study::{Adaptive, Case, Job, Kind, Study, StudyPoint};
 
-use crate::effects::effects;
+use crate::effects::{JobMethod, effects};
 use crate::error::AnswerError;
 use crate::kind::forecast;
 
@@ -87,14 +87,15 @@ fn of_job(job: &Job, surfaces: &Surfaces) -> Result<Vec<CitedSubject>, AnswerErr
             };
             let asymmetries = [Effect::AsymmetryX, Effect::AsymmetryY];
             match listed.solver.map(|solver| solver.method) {
-                None => {}
-                Some(Method::Seidel) => used.push(CitedSubject::Seidel),
-                Some(Method::Newton | Method::Auto) => {
+                Some(JobMethod::Seidel) => used.push(CitedSubject::Seidel),
+                Some(JobMethod::Newton) => {
                     used.push(CitedSubject::Newton);
                     if asymmetries.into_iter().any(is_left_out) {
                         used.push(CitedSubject::MirrorPlanes);
                     }
                 }
+                // Of other methods are jobs that solve no scene.
+                _ => {}
             }
             let simulated = listed.lines.iter().filter(|line| line.simulated);
             used.extend(simulated.map(|line| CitedSubject::Effect(line.effect)));

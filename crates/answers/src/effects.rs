@@ -8,6 +8,6 @@ mod job;
 
 pub use groups::{EffectGroup, Overview, overview};
 pub use job::{
-    EffectLine, JobEffects, Prediction, SolverChoice, effects, effects_of_job, missing_surface,
-    variants,
+    EffectLine, JobEffects, JobMethod, Prediction, SolverChoice, effects, effects_of_job,
+    missing_surface, variants,
 };

@@ -35,6 +35,8 @@ struct JobParts<'a> {
     seed: Option<u64>,
     /// True if a lower end is shown by cases.
     cases: bool,
+    /// The relative width that a bracket is to have.
+    width: Option<f64>,
     /// True if the search is of tractions in a plane.
     plane: bool,
 }
@@ -74,6 +76,7 @@ impl<'a> JobParts<'a> {
                 starts: (!question.plane).then_some(search.starts),
                 seed: (!question.plane).then_some(search.seed),
                 cases: search.cases,
+                width: search.width,
                 plane: question.plane,
             },
         }
@@ -99,6 +102,7 @@ impl<'a> JobParts<'a> {
             starts: None,
             seed: None,
             cases: false,
+            width: None,
             plane: false,
         }
     }
@@ -211,6 +215,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::Starts
         | Key::Seed
         | Key::Cases
+        | Key::Width
         | Key::Plane => of_numerics(&parts, key),
     }
 }
@@ -399,6 +404,7 @@ fn of_numerics(parts: &JobParts<'_>, key: Key) -> Option<Setting> {
         Key::Starts => Some(Setting::Count(parts.starts?)),
         Key::Seed => Some(Setting::Count(u32::try_from(parts.seed?).unwrap_or(u32::MAX))),
         Key::Cases => parts.cases.then_some(Setting::Flag(true)),
+        Key::Width => number(parts.width?),
         Key::Plane => parts.plane.then_some(Setting::Flag(true)),
         _ => None,
     }

@@ -248,6 +248,7 @@ punch.width_x = ["2 mm", "4 mm", "5 mm"]
     let plan = place.call("plan strip.toml");
     assert!(
         plan.code == 0
+            && plan.out.contains("method          determinants, in a plane every element has")
             && plan.out.contains("traction-y      off  `search.plane` asks for tractions in the"),
         "{}",
         plan.out
@@ -268,6 +269,28 @@ punch.width_x = ["2 mm", "4 mm", "5 mm"]
         "{}",
         said.out
     );
+}
+
+#[test]
+fn a_plan_says_how_the_lower_end_of_a_bracket_is_shown() {
+    let text = r#"name = "ends"
+kind = "uniqueness"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0 }
+punch = { shape = "flat-rectangle", width_x = "2 mm", width_y = "2 mm" }
+[numerics]
+mesh = 3
+"#;
+    let place = Place::with("ends.toml", text);
+    for (more, said) in [
+        ("", "weights, `search.cases` would narrow the bracket on up to 16"),
+        ("[search]\ncases = true\n", "cases, `search.cases` asks for them; `search.width` would"),
+        ("[search]\ncases = true\nwidth = 0.02\n", "cones, `search.width` says how narrow"),
+    ] {
+        place.write("ends.toml", format!("{text}{more}"));
+        let plan = place.call("plan ends.toml");
+        assert!(plan.code == 0 && plan.out.contains(said), "{}", plan.out);
+    }
 }
 
 #[test]

@@ -244,6 +244,11 @@ fn ends_shown_by_cases_survive() {
 }
 
 #[test]
+fn ends_shown_by_cones_survive() {
+    survives(&uniqueness([3, 2], "[3, 2]", "starts = 1\ncases = true\nwidth = 0.01"), 6);
+}
+
+#[test]
 fn exact_ends_of_strips_survive() {
     survives(&uniqueness([8, 1000], "[8, 1]", "plane = true"), 6);
 }

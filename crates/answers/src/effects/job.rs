@@ -50,11 +50,43 @@ pub struct EffectLine {
     pub with: Option<Prediction>,
 }
 
+/// The method by which a job finds its result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum JobMethod {
+    /// Newton's method solves a scene.
+    Newton,
+    /// Seidel's method solves a scene.
+    Seidel,
+    /// The lower end of a bracket is shown by weights for all fields at once.
+    Weights,
+    /// The lower end is shown by weights for each of several cases.
+    Cases,
+    /// The lower end is shown by cases whose fields are cut into cones.
+    Cones,
+    /// Both ends are shown by the determinants of all cases of a strip.
+    Determinants,
+}
+
+impl JobMethod {
+    /// Returns the name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Newton => "newton",
+            Self::Seidel => "seidel",
+            Self::Weights => "weights",
+            Self::Cases => "cases",
+            Self::Cones => "cones",
+            Self::Determinants => "determinants",
+        }
+    }
+}
+
 /// The method that solves, and the reason for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct SolverChoice {
     /// The method.
-    pub method: Method,
+    pub method: JobMethod,
     /// The reason, in words.
     pub reason: &'static str,
 }
@@ -62,7 +94,7 @@ pub struct SolverChoice {
 /// The effects of one job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobEffects {
-    /// The method that solves the job; `None` for one that solves no scene.
+    /// The method by which the job finds its result.
     pub solver: Option<SolverChoice>,
     /// The prediction with the effects as they are.
     pub cost: Prediction,
@@ -95,6 +127,10 @@ pub fn effects(case: &Case, surfaces: &Surfaces) -> Result<JobEffects, AnswerErr
             with: if is_optional { Some(with(simulate)?.into()) } else { None },
         });
     }
+    let method = match method {
+        Method::Seidel => JobMethod::Seidel,
+        Method::Newton | Method::Auto => JobMethod::Newton,
+    };
     let solver = Some(SolverChoice { method, reason });
     Ok(JobEffects { solver, cost: decided.into(), lines })
 }
@@ -124,7 +160,22 @@ fn bracket_effects(question: &Question, search: WitnessSearch) -> Result<JobEffe
         with: None,
     };
     let cost = forecast_bracket(question, &search)?.into();
-    Ok(JobEffects { solver: None, cost, lines: vec![across] })
+    let solver = Some(bracket_method(question, search));
+    Ok(JobEffects { solver, cost, lines: vec![across] })
+}
+
+/// Returns the method that shows the lower end of a bracket, and why it is that one.
+fn bracket_method(question: &Question, search: WitnessSearch) -> SolverChoice {
+    let (method, reason) = if question.plane {
+        (JobMethod::Determinants, "in a plane every element has five states alone")
+    } else if search.width.is_some() {
+        (JobMethod::Cones, "`search.width` says how narrow the bracket is to be")
+    } else if search.cases {
+        (JobMethod::Cases, "`search.cases` asks for them; `search.width` would narrow the bracket")
+    } else {
+        (JobMethod::Weights, "`search.cases` would narrow the bracket on up to 16 elements")
+    };
+    SolverChoice { method, reason }
 }
 
 /// Returns the sets of effects whose simulation is worth measuring: none that could be left out,

@@ -4,7 +4,7 @@ use contact::model::{SceneError, Status};
 use contact::uniqueness::lower::{self, VerifyError};
 use contact::uniqueness::witness::Shown;
 use contact::uniqueness::{self, Bracket, BracketError, Question, System, WitnessSearch};
-use contact::uniqueness::{cases, strip};
+use contact::uniqueness::{cases, cones, strip};
 use study::record::Bracketed;
 use study::{Ending, Job, Record};
 
@@ -95,6 +95,11 @@ fn verify(question: &Question, bracket: &Bracket) -> Result<Proof, SceneError> {
         }
         Bracket::Cases { lower, upper } => {
             let shown = cases::verify(&system, lower)
+                .map_err(|error| Proof::Wrong(not_shown(lower.mu, &error)));
+            (LowerEnd { mu: lower.mu, shown }, upper)
+        }
+        Bracket::Cones { lower, upper } => {
+            let shown = cones::verify(&system, lower)
                 .map_err(|error| Proof::Wrong(not_shown(lower.mu, &error)));
             (LowerEnd { mu: lower.mu, shown }, upper)
         }

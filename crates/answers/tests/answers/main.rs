@@ -301,3 +301,34 @@ fn cases_are_proved_anew_and_forged_ones_are_not() {
         assert!(matches!(proof(&forged), Some(Proof::Wrong(_))), "{change}");
     }
 }
+
+#[test]
+fn cones_are_proved_anew_and_forged_ones_are_not() {
+    use contact::uniqueness::Bracket;
+    let study = parse(
+        "name = \"test\"\nkind = \"uniqueness\"
+         [scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0 }
+         punch = { shape = \"flat-rectangle\", width_x = \"3 mm\", width_y = \"2 mm\" }
+         [numerics]\nmesh = [3, 2]\n[search]\nstarts = 1\ncases = true\nwidth = 0.01\n",
+    );
+    let mut shelf = Shelf::default();
+    let choice = shelf.run(&study);
+    let results = Results::read(study, &shelf).unwrap();
+    let record = results.record(&choice.points[0]).unwrap();
+    assert!(matches!(proof(record), Some(Proof::Holds(Some(_)))));
+    // A proof survives its way through the bytes of a record.
+    let again = Record::decode(&record.encode()).unwrap();
+    assert!(matches!(proof(&again), Some(Proof::Holds(Some(_)))));
+    for change in 0..4 {
+        let mut forged = record.clone();
+        let study::Ending::Bracketed(found) = &mut forged.ending else { panic!("no bracket") };
+        let Some(Bracket::Cones { lower, upper }) = &mut found.bracket else { panic!("no cones") };
+        match change {
+            0 => lower.mu *= 1.02,
+            1 => drop(lower.cases.pop()),
+            2 => drop(lower.cases[0].nodes.pop()),
+            _ => upper.mu = 0.5 * (lower.mu + upper.mu),
+        }
+        assert!(matches!(proof(&forged), Some(Proof::Wrong(_))), "{change}");
+    }
+}

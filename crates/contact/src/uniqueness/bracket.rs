@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::cases::{self, CaseBound};
+use super::cone_search;
+use super::cones::ConeBound;
 use super::lower::{self, LowerBound};
 use super::question::{Question, WitnessSearch};
 use super::strip::{self, StripBound, StripError};
@@ -37,6 +39,13 @@ pub enum Bracket {
         /// The upper bound.
         upper: Witness,
     },
+    /// μ* is between two numbers, of which the lower one is shown by cases and cones.
+    Cones {
+        /// The lower bound.
+        lower: ConeBound,
+        /// The upper bound.
+        upper: Witness,
+    },
 }
 
 impl Bracket {
@@ -47,6 +56,7 @@ impl Bracket {
             Bracket::Bounded { lower, upper } => Some([lower.mu, upper.mu]),
             Bracket::Strip { lower, upper } => Some([lower.mu, upper.mu]),
             Bracket::Cases { lower, upper } => Some([lower.mu, upper.mu]),
+            Bracket::Cones { lower, upper } => Some([lower.mu, upper.mu]),
         }
     }
 
@@ -56,7 +66,8 @@ impl Bracket {
             Bracket::Unbounded => None,
             Bracket::Bounded { upper, .. }
             | Bracket::Strip { upper, .. }
-            | Bracket::Cases { upper, .. } => Some(upper),
+            | Bracket::Cases { upper, .. }
+            | Bracket::Cones { upper, .. } => Some(upper),
         }
     }
 }
@@ -104,6 +115,15 @@ pub fn bracket(question: &Question, search: &WitnessSearch) -> Result<Bracket, B
     if search.cases {
         if !system.is_coupled() {
             return Ok(Bracket::Unbounded);
+        }
+        if let Some(width) = search.width {
+            return Ok(match upper::upper(question, search)? {
+                upper::Upper::Bound(upper) => {
+                    let lower = cone_search::bound(&system, upper.mu, width)?;
+                    Bracket::Cones { lower, upper }
+                }
+                upper::Upper::Unbounded => Bracket::Unbounded,
+            });
         }
         let lower = cases::bound(&system)?;
         return Ok(match upper::upper(question, search)? {

@@ -213,7 +213,7 @@ struct CaseStart {
 
 /// The states of a case as bits, one for each element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-struct CaseBits {
+pub(super) struct CaseBits {
     /// The elements that are decided.
     decided: u32,
     /// The elements that are closed.
@@ -233,7 +233,7 @@ impl CaseBits {
     }
 
     /// Returns the image of a case, with the image of each element.
-    fn of_image(states: &[NormalCase], image: &[usize]) -> Self {
+    pub(super) fn of_image(states: &[NormalCase], image: &[usize]) -> Self {
         let pairs = states.iter().zip(image);
         pairs.fold(Self::NONE, |bits, (state, &element)| bits.with(element, *state))
     }
@@ -400,7 +400,7 @@ pub(super) fn bound(system: &System) -> Result<CaseBound, LowerError> {
 }
 
 /// Returns the elements of Ω by their distance from its middle.
-fn from_the_middle(system: &System) -> Vec<usize> {
+pub(super) fn from_the_middle(system: &System) -> Vec<usize> {
     let grid = system.grid();
     let distance = |e: usize| {
         let (i, j) = grid.position(e);
@@ -438,17 +438,10 @@ pub fn verify(system: &System, bound: &CaseBound) -> Result<(), CaseError> {
         }
     }
     let symmetries = Symmetries::of(system, |_, _| true);
-    let images = symmetries.images(system);
-    let covered: Vec<CaseBits> = bound
-        .cases
-        .iter()
-        .flat_map(|case| images.iter().map(|image| CaseBits::of_image(&case.states, image)))
-        .collect();
-    cover(&covered, &from_the_middle(system), CaseBits::NONE).map_err(|missing| {
-        let letter = |element: usize| if missing.closed >> element & 1 == 1 { 'c' } else { 'o' };
-        let missing = (0..elements).map(letter).collect();
-        CaseError::Missing { cases: bound.cases.len(), missing }
-    })?;
+    let states: Vec<&[NormalCase]> = bound.cases.iter().map(|case| &case.states[..]).collect();
+    if let Some(missing) = left_out(system, symmetries, &states) {
+        return Err(CaseError::Missing { cases: bound.cases.len(), missing });
+    }
     let asymmetry = lower::asymmetry_norm(system, symmetries);
     for (index, excluded) in bound.cases.iter().enumerate() {
         let case = DecidedCase::of(system, excluded.states.clone());
@@ -467,6 +460,23 @@ pub fn verify(system: &System, bound: &CaseBound) -> Result<(), CaseError> {
         }
     }
     Ok(())
+}
+
+/// Returns a combination of open and closed elements, `o` and `c`, that neither the cases nor their
+/// images cover; `None` if there is none.
+pub(super) fn left_out(
+    system: &System,
+    symmetries: Symmetries,
+    cases: &[&[NormalCase]],
+) -> Option<String> {
+    let images = symmetries.images(system);
+    let covered: Vec<CaseBits> = cases
+        .iter()
+        .flat_map(|states| images.iter().map(|image| CaseBits::of_image(states, image)))
+        .collect();
+    let missing = cover(&covered, &from_the_middle(system), CaseBits::NONE).err()?;
+    let letter = |element: usize| if missing.closed >> element & 1 == 1 { 'c' } else { 'o' };
+    Some((0..system.elements()).map(letter).collect())
 }
 
 /// Shows that every combination of a case is one of those that are covered. It decides one element

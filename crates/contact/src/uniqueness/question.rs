@@ -126,7 +126,7 @@ pub enum Sole {
 }
 
 /// The effort of a search for a witness.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WitnessSearch {
     /// The number of random starts on meshes of up to 36 elements, at most
@@ -141,11 +141,19 @@ pub struct WitnessSearch {
     /// True if the lower end is shown by [`cases`](super::cases), on few elements.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub cases: bool,
+    /// The relative width that the bracket is to have, within [`WIDTHS`](Self::WIDTHS): the lower
+    /// end is shown by [`cones`](super::cones) in its cases. `None` takes what the cases alone
+    /// show.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width: Option<f64>,
 }
 
 impl WitnessSearch {
     /// The largest number of random starts.
     pub const MOST_STARTS: u32 = random::MOST_STARTS;
+
+    /// The least and the largest relative width that can be asked for.
+    pub const WIDTHS: [f64; 2] = [1e-3, 0.5];
 
     /// Checks the number of starts.
     ///
@@ -155,7 +163,8 @@ impl WitnessSearch {
         random::validate_starts(self.starts)
     }
 
-    /// Refuses cases of more elements than are looked at, and of a strip, whose end is exact.
+    /// Refuses cases of more elements than are looked at, and of a strip, whose end is exact, and a
+    /// width that has no meaning or no cases.
     ///
     /// # Errors
     /// A [`SceneError`] names the key.
@@ -163,6 +172,22 @@ impl WitnessSearch {
         let [nx, ny] = question.mesh.sides();
         let elements = u64::from(nx) * u64::from(ny);
         let most = MOST_CASE_ELEMENTS;
+        let refuse = |key: &str, value: String, expected: String| {
+            Err(SceneError { key: key.to_owned(), value, expected })
+        };
+        match self.width {
+            Some(width) if !(Self::WIDTHS[0]..=Self::WIDTHS[1]).contains(&width) => {
+                let [least, most] = Self::WIDTHS;
+                let expected = format!("must be from {least} to {most}");
+                return refuse("search.width", width.to_string(), expected);
+            }
+            Some(width) if !self.cases => {
+                let expected =
+                    "must be left out without `cases = true`, whose cases it narrows".to_owned();
+                return refuse("search.width", width.to_string(), expected);
+            }
+            _ => {}
+        }
         let expected = if self.cases && question.plane {
             "must be false in a plane, where the end is exact".to_owned()
         } else if self.cases && elements > most as u64 {
@@ -170,14 +195,13 @@ impl WitnessSearch {
         } else {
             return Ok(());
         };
-        let (key, value) = ("search.cases".to_owned(), "true".to_owned());
-        Err(SceneError { key, value, expected })
+        refuse("search.cases", "true".to_owned(), expected)
     }
 }
 
 impl Default for WitnessSearch {
     fn default() -> Self {
-        Self { starts: 24, kept: 2, seed: 1, cases: false }
+        Self { starts: 24, kept: 2, seed: 1, cases: false, width: None }
     }
 }
 

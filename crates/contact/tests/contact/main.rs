@@ -57,6 +57,8 @@ mod peers;
 mod rolling;
 /// Lower ends by cases come nearer to witnesses, and wrong ones are refused.
 mod uniqueness_cases;
+/// Lower ends by cones come as near to witnesses as is asked for, and wrong ones are refused.
+mod uniqueness_cones;
 /// Lower ends of the bracket of μ* meet a prototype, and their proofs stand.
 mod uniqueness_lower;
 /// μ* of strips is exact, and wrong brackets of it are refused.

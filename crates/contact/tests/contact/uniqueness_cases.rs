@@ -8,7 +8,8 @@ use contact::uniqueness::{
 };
 
 /// The effort of a search that is brief about the upper end.
-const BRIEF: WitnessSearch = WitnessSearch { starts: 1, kept: 1, seed: 1, cases: true };
+const BRIEF: WitnessSearch =
+    WitnessSearch { starts: 1, kept: 1, seed: 1, cases: true, width: None };
 
 /// Returns the question for a rigid rectangle of square elements on a half-space.
 fn rectangle([nx, ny]: [u32; 2], poisson: f64) -> Question {

@@ -26,7 +26,8 @@ fn witness(question: &Question, search: WitnessSearch) -> Witness {
     }
 }
 
-const BRIEF: WitnessSearch = WitnessSearch { starts: 6, kept: 2, seed: 1, cases: false };
+const BRIEF: WitnessSearch =
+    WitnessSearch { starts: 6, kept: 2, seed: 1, cases: false, width: None };
 
 #[test]
 fn reaches_the_figures_known() {

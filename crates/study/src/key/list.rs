@@ -6,6 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use contact::model::{Foundation, InteriorQuestion, Loading, Mesh, Numerics, Wear, WheelRail};
 use contact::multiplicity::Search;
+use contact::uniqueness::WitnessSearch;
 
 use crate::bounds::{ANY, Bound, Bounds, NOT_ZERO, POSITIVE, from, inside, up_to, within};
 use crate::fallback::Fallback;
@@ -390,6 +391,11 @@ keys! {
         ANY, Fallback::Flag(false), "true",
         "whether the lower end of μ* is shown by cases of open and closed elements, of which there \
          are up to 16: nearer to the upper end, and longer to find";
+    Width, "search.width", "width", Number(Pure),
+        within(WitnessSearch::WIDTHS[0], WitnessSearch::WIDTHS[1]),
+        Follows("what the cases alone show"), "0.02",
+        "relative width that a bracket by `cases` is to have: the fields of its cases are cut into \
+         cones for it; where that takes too many, it is content with twice the width, and so on";
     Plane, "search.plane", "plane", Flag,
         ANY, Fallback::Flag(false), "true",
         "whether tractions lie in the plane of x and z, on one row of elements whose μ* is then \

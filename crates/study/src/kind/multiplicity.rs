@@ -36,7 +36,9 @@ fn refuses(key: Key) -> Option<&'static str> {
         _ if key.is_of_interior() => {
             Some("a search for every solution looks at no stresses below the surface")
         }
-        Key::Cases => Some("cases are of searches for the end of a uniqueness set"),
+        Key::Cases | Key::Width => {
+            Some("cases and widths are of searches for the end of a uniqueness set")
+        }
         Key::Plane => Some("a search for every solution has tractions in all directions"),
         Key::Method => Some("a search tries every method"),
         _ if key.is_of_rolling() => Some("a search knows no step that rolls"),

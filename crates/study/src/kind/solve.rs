@@ -46,7 +46,9 @@ pub(crate) const SPEC: KindSpec = KindSpec {
 pub(crate) fn refuses(key: Key) -> Option<&'static str> {
     match key {
         Key::Starts | Key::Seed => Some("a scene is solved from one start"),
-        Key::Cases => Some("cases are of searches for the end of a uniqueness set"),
+        Key::Cases | Key::Width => {
+            Some("cases and widths are of searches for the end of a uniqueness set")
+        }
         Key::Plane => Some("a plane is of searches for the end of a uniqueness set"),
         _ => None,
     }

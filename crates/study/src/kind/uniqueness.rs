@@ -116,6 +116,7 @@ fn witness_search(assembler: &Assembler<'_>) -> WitnessSearch {
         starts,
         seed: assembler.sheet().count(Key::Seed).map_or(default.seed, u64::from),
         cases: assembler.sheet().flag(Key::Cases).unwrap_or(default.cases),
+        width: assembler.sheet().number(Key::Width),
         ..default
     }
 }
@@ -198,7 +199,7 @@ pub(crate) const BRACKET: &[Column] = result_columns! {
     Observable "unbounded" Text "yes, if there is one solution at most whatever the friction"
         bracketed!(|found| match &found.bracket {
         Some(Bracket::Unbounded) => Value::Text("yes".to_owned()),
-        Some(Bracket::Bounded { .. } | Bracket::Strip { .. } | Bracket::Cases { .. }) => Value::Text("no".to_owned()),
+        Some(_) => Value::Text("no".to_owned()),
         None => Value::Missing,
     });
     Observable "critical_case" Text

@@ -129,6 +129,26 @@ fn cases_are_of_few_elements_and_part_of_what_is_asked() {
 }
 
 #[test]
+fn a_width_is_of_cases_and_part_of_what_is_asked() {
+    let cases = UNIQUENESS.replace("seed = 3", "seed = 3\ncases = true");
+    let wide = cases.replace("cases = true", "cases = true\nwidth = 0.02");
+    let [with, without] = [&wide, &cases].map(|text| read(text).point(0).unwrap().job);
+    assert_ne!(with.key(), without.key());
+    assert!(with.canonical().contains(r#""width":0.02"#), "{}", with.canonical());
+    assert!(!without.canonical().contains("\"width\""), "{}", without.canonical());
+    let back = read(&format!("name = \"y\"\n{}", with.to_toml()));
+    assert_eq!(back.point(0).unwrap().job, with);
+    for (text, said) in [
+        (wide.replace("cases = true\n", ""), "must be left out without `cases = true`"),
+        (wide.replace("0.02", "0.6"), "width"),
+        (wide.replace("0.02", "0"), "width"),
+    ] {
+        let error = Study::parse(&text, "x.toml", &mut |_| Err(String::new())).unwrap_err();
+        assert!(error.to_string().contains(said), "{error}");
+    }
+}
+
+#[test]
 fn a_uniqueness_set_too_fine_for_a_record_is_refused() {
     let refused = |mesh: &str, poisson: f64| {
         let text = format!(

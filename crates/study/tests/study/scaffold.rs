@@ -105,6 +105,11 @@ impl Scaffold {
                 scaffold = Scaffold::of_kind("uniqueness");
                 scaffold.put("numerics.mesh", "3");
             }
+            ("search", "width") => {
+                scaffold = Scaffold::of_kind("uniqueness");
+                scaffold.put("numerics.mesh", "3");
+                scaffold.put("search.cases", "true");
+            }
             ("search", _) => scaffold.kind = "multiplicity",
             _ => {}
         }
