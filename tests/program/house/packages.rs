@@ -8,6 +8,7 @@ mod packed_commit;
 #[path = "../../../examples/manual/pages.rs"]
 mod pages;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
 use serde_json::Value;
@@ -35,6 +36,27 @@ fn read(file: &str) -> String {
 /// Returns the rest of the first line that begins with a text.
 fn after<'a>(text: &'a str, beginning: &str) -> Option<&'a str> {
     text.lines().find_map(|line| line.trim_start().strip_prefix(beginning)).map(str::trim)
+}
+
+/// Otherwise a package that lacks a feature is compiled all the same in the workspace, where another
+/// asks for it, and no more by itself.
+#[test]
+fn a_dependency_has_the_same_features_in_every_package() {
+    let mut features: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for member in members() {
+        for dependency in member["dependencies"].as_array().unwrap() {
+            if dependency["kind"].is_null() {
+                let name = dependency["name"].as_str().unwrap().to_owned();
+                let asked_for =
+                    format!("{} {}", dependency["uses_default_features"], dependency["features"]);
+                features.entry(name).or_default().insert(asked_for);
+            }
+        }
+    }
+    assert!(features.len() > 30, "{features:?}");
+    let differing = features.into_iter().filter(|(_, lists)| lists.len() > 1);
+    let names: Vec<String> = differing.map(|(name, _)| name).collect();
+    assert_none("the features of a dependency stand in [workspace.dependencies]", &names);
 }
 
 #[test]
