@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use identity::JobKey;
 
-use crate::sorted::{KEY, RUN_BYTES};
+use crate::sorted::{KEY, RUN_BYTES, beginning};
 
 /// The size of a page \[bytes\].
 const PAGE_BYTES: usize = 4 << 10;
@@ -146,11 +146,6 @@ impl<const N: usize> PagedRows<N> {
         }
         Ok(())
     }
-}
-
-/// Returns the first eight bytes of a key or of a row.
-fn beginning(bytes: &[u8]) -> u64 {
-    bytes.first_chunk().map_or(0, |first| u64::from_be_bytes(*first))
 }
 
 #[cfg(test)]

@@ -135,6 +135,11 @@ impl<const N: usize> SortedRows<N> {
     }
 }
 
+/// Returns the first eight bytes of a key or of a row.
+pub(crate) fn beginning(bytes: &[u8]) -> u64 {
+    bytes.first_chunk().map_or(0, |first| u64::from_be_bytes(*first))
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

@@ -34,7 +34,7 @@ use crate::digest::Digest;
 use crate::durable::{self, UNFINISHED_PREFIX};
 use crate::error::WriteError;
 use crate::kept::{self, AllWords, KeptWords, TABLES};
-use crate::sorted::{KEY, RowSorter};
+use crate::sorted::{KEY, RowSorter, beginning};
 use crate::traces::Traces;
 
 /// The folder of tables in the directory of a store.
@@ -104,11 +104,6 @@ fn sum_of(bytes: &[u8]) -> [u8; SUM] {
 
 fn damaged(reason: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, format!("the table of the study {reason}"))
-}
-
-/// Returns the first eight bytes of a key.
-fn beginning(key: &[u8]) -> u64 {
-    key.first_chunk().map_or(0, |first| u64::from_be_bytes(*first))
 }
 
 /// A table of a study, opened for reading.

@@ -22,14 +22,20 @@ fn study() -> Study {
     ))
 }
 
-#[test]
-fn results_in_blocks_are_those_in_memory() {
-    let study = study();
+/// Returns the records of a study, of which one failed, one was set aside, and one is older.
+fn mixed_shelf(study: &Study) -> Shelf {
     let mut shelf = Shelf::default();
-    let points = shelf.run(&study).points;
+    let points = shelf.run(study).points;
     shelf.fail(&points[4].key);
     shelf.set_aside(&points[7].key);
     shelf.make_older(&points[9].key);
+    shelf
+}
+
+#[test]
+fn results_in_blocks_are_those_in_memory() {
+    let study = study();
+    let shelf = mixed_shelf(&study);
     let whole = Results::read(study.clone(), &shelf).unwrap();
     let blocks = Results::in_blocks_above(1, study.clone(), &shelf).unwrap();
     assert!(blocks.points().is_empty(), "its points are not in memory");
@@ -165,11 +171,8 @@ fn visited(selection: &Selection, study: &Study, source: RowSource<'_>) -> Resul
 #[test]
 fn rows_of_a_table_are_chosen_as_those_of_the_records_are() {
     let study = study();
-    let mut shelf = Shelf::default();
-    let points = shelf.run(&study).points;
-    shelf.fail(&points[4].key);
-    shelf.set_aside(&points[7].key);
-    shelf.make_older(&points[9].key);
+    let shelf = mixed_shelf(&study);
+    let points = study.points();
     let keeper = MemoryKeeper::default();
     let records = RowSource::Records { records: &shelf, keeper: Some(&keeper) };
     visited(&Selection::default(), &study, records).unwrap();

@@ -12,7 +12,7 @@ const BRIEF: WitnessSearch =
     WitnessSearch { starts: 1, kept: 1, seed: 1, cases: true, width: None };
 
 /// Returns the question for a rigid rectangle of square elements on a half-space.
-fn rectangle([nx, ny]: [u32; 2], poisson: f64) -> Question {
+pub(super) fn rectangle([nx, ny]: [u32; 2], poisson: f64) -> Question {
     Question {
         foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson }),
         punch: None,

@@ -1,23 +1,12 @@
 //! Lower bounds by cones come as near to the witnesses as is asked for, and each part of a wrong one
 //! is refused.
 
-use contact::model::{Foundation, Layer, Material, Mesh, Projection};
+use contact::model::{Foundation, Layer};
 use contact::uniqueness::cases::NormalCase;
 use contact::uniqueness::cones::{ConeBound, ConeError, ConeNode, ConeWeights, verify};
 use contact::uniqueness::{Bracket, BracketError, Question, Sole, System, WitnessSearch, bracket};
 
-/// Returns the question for a rigid rectangle of square elements on a half-space.
-fn rectangle([nx, ny]: [u32; 2], poisson: f64) -> Question {
-    Question {
-        foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson }),
-        punch: None,
-        sole: Sole::Rectangle { width_x: 0.01 * f64::from(nx), width_y: 0.01 * f64::from(ny) },
-        mesh: Mesh::Exact([nx, ny]),
-        projection: Projection::Average,
-        epsilon: 0.0,
-        plane: false,
-    }
-}
+use super::uniqueness_cases::rectangle;
 
 /// Returns the effort of a search that is brief about the upper end.
 fn brief(width: f64) -> WitnessSearch {

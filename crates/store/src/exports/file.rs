@@ -7,8 +7,6 @@ use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::Path;
 use std::sync::Arc;
 
-use identity::JobKey;
-
 use crate::access::{self, Wanted};
 use crate::digest::Digest;
 use crate::error::OpenError;
@@ -19,6 +17,7 @@ use crate::frame::{
     PREAMBLE, TableEntry, content_of, digest_of, entries_of,
 };
 use crate::rules::MergeRules;
+use crate::sorted::beginning;
 
 /// The ending of the name of every export.
 pub(crate) const EXTENSION: &str = "tribosweep";
@@ -279,7 +278,7 @@ impl ExportFile {
                 Ok(entries) => {
                     let found = entries.iter().map(|entry| entry.key);
                     keys.extend(
-                        found.filter(|key| repeated.binary_search(&beginning(key)).is_ok()),
+                        found.filter(|key| repeated.binary_search(&beginning(&key.0)).is_ok()),
                     );
                 }
                 Err(reason) => faults.push(reason),
@@ -316,7 +315,7 @@ impl ExportFile {
                     length: frame.head.frame_length(),
                     records: entries.len() as u32,
                 });
-                beginnings.extend(entries.iter().map(|entry| beginning(&entry.key)));
+                beginnings.extend(entries.iter().map(|entry| beginning(&entry.key.0)));
             }
             FrameKind::Blob => {
                 let (digest, _) = digest_of(&frame.table)?;
@@ -415,11 +414,6 @@ impl ExportFile {
     pub(super) fn blob(&self, place: &BlobPlace) -> io::Result<BodyReader> {
         Ok(BodyReader { file: self.opened()?, position: place.start, left: place.length })
     }
-}
-
-/// Returns the first eight bytes of a key.
-fn beginning(key: &JobKey) -> u64 {
-    key.0.first_chunk().map_or(0, |first| u64::from_be_bytes(*first))
 }
 
 /// The compressed bytes of a blob in an export.
