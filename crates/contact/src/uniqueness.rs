@@ -19,6 +19,7 @@
 //! - `descent`: local minimisation of F, for a witness;
 //! - `newton`: Newton's method in it, for few elements;
 //! - [`upper`]: the search for a witness, from many starts;
+//! - `rate`: fields that need a friction in proportion to 1/√n, a test of the proof of that rate;
 //! - `ball`: numbers with a bound of their error;
 //! - [`strip`]: exact μ* of one row of elements in the plane of x and z;
 //! - `bracket`: both sides of μ* at once;
@@ -100,6 +101,8 @@ pub mod lower;
 pub mod monotony;
 mod newton;
 mod question;
+#[cfg(test)]
+mod rate;
 mod ratio;
 pub mod rolling;
 pub mod strip;
