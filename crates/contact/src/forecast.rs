@@ -11,6 +11,7 @@ use crate::model::{
 use crate::multiplicity::{Multiplicity, Search};
 use crate::problem::{Effects, Layout, Operators, check_distances, on_grid};
 use crate::punch::{Surfaces, domain};
+use crate::uniqueness::branch::{BRANCH_CONES, Branch};
 use crate::uniqueness::{Question, WitnessSearch, lower};
 
 /// The forecast of the time and the memory of a solve by itself.
@@ -275,6 +276,9 @@ pub fn forecast_search(
 /// The time of a case of signs of a strip's elements \[s\].
 const SECONDS_OF_CASE: f64 = 1e-7;
 
+/// The time of a look at a cone over the cube of the rows of its matrix \[s\].
+const SECONDS_OF_CONE: f64 = 1.5e-7;
+
 /// The longest time that a search for cones takes before it is content with twice the width \[s\].
 const MOST_SECONDS_OF_CONES: f64 = 150.0;
 
@@ -285,6 +289,26 @@ fn seconds_of_cones(elements: f64, width: f64) -> f64 {
     let steepness = (0.36 * (elements - 9.0)).max(0.0) + 0.3;
     let seconds = 0.7 * 1.95_f64.powf(elements - 9.0) * (0.03 / width).powf(steepness);
     seconds.min(MOST_SECONDS_OF_CONES)
+}
+
+/// Forecasts the job of a branch of a search for cones.
+///
+/// # Errors
+/// A [`SceneError`] reports a question or a branch that has no meaning.
+pub fn forecast_branch(question: &Question, branch: &Branch) -> Result<Forecast, SceneError> {
+    branch.validate(question)?;
+    let (scene, numerics) = question.flat_punch();
+    let Forecast { elements, memory, .. } = forecast(&scene, &numerics, &Surfaces::new())?;
+    let rows = 3.0 * branch.states.len() as f64;
+    Ok(Forecast {
+        elements,
+        increments: 0,
+        unknowns: 3 * branch.states.len(),
+        seconds: 0.01 + BRANCH_CONES as f64 * SECONDS_OF_CONE * rows.powi(3),
+        assembly: 0.0,
+        memory: memory + 1_000_000,
+        operator: 0,
+    })
 }
 
 /// Forecasts the bracketing of μ*.

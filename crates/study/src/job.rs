@@ -8,6 +8,7 @@ use contact::model::{
     Numerics, Punch, Scene, SceneError, Shape, Wear,
 };
 use contact::multiplicity::Search;
+use contact::uniqueness::branch::Branch;
 use contact::uniqueness::{Question, WitnessSearch};
 use identity::JobKey;
 
@@ -45,6 +46,13 @@ pub enum Job {
         /// The extent of the search for a witness.
         #[serde(rename = "effort", with = "effort")]
         search: WitnessSearch,
+    },
+    /// A part of the fields that would bring the end μ* of a uniqueness set down to some friction.
+    Branch {
+        /// The bodies and the sole.
+        question: Question,
+        /// The part, and the friction for which it is to be excluded.
+        branch: Branch,
     },
 }
 
@@ -91,7 +99,7 @@ impl Job {
             Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
                 Some(case)
             }
-            Job::Uniqueness { .. } => None,
+            Job::Uniqueness { .. } | Job::Branch { .. } => None,
         }
     }
 
@@ -101,7 +109,7 @@ impl Job {
             Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
                 case.numerics.mesh
             }
-            Job::Uniqueness { question, .. } => question.mesh,
+            Job::Uniqueness { question, .. } | Job::Branch { question, .. } => question.mesh,
         }
     }
 
@@ -121,6 +129,10 @@ impl Job {
                 question.validate()?;
                 search.validate()?;
                 search.suits(question)
+            }
+            Job::Branch { question, branch } => {
+                question.validate()?;
+                branch.validate(question)
             }
         }
     }
@@ -214,6 +226,10 @@ impl Job {
                 if question.plane {
                     *search = WitnessSearch::default();
                 }
+            }
+            Job::Branch { question, .. } => {
+                normalise(&mut question.foundation, &mut question.punch);
+                question.epsilon += 0.0;
             }
         }
     }

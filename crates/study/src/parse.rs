@@ -387,7 +387,7 @@ fn parse(
     kind.read_columns(&root, &columns, &mut kind_table, &mut mistakes);
     let figures =
         root.get("figure").map(|node| figure::read_figures(node, &groups, &columns, &mut mistakes));
-    let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);
+    let adaptive = adaptive::read(&root, kind, &base, &groups, &columns, &mut mistakes);
     let adaptive = adaptive.or(accuracy.map(Adaptive::Accuracy));
     let exclusion = exclusion::read(&root, &base, &groups, keys(), &columns, &mut mistakes);
     if let (Some(exclusion), Kind::Sensitivity) = (&exclusion, kind) {
