@@ -112,8 +112,8 @@ pub fn too_large(ending: Ending, size: RecordSize) -> Ending {
         Ending::Bracketed(found) => {
             Ending::Bracketed(Box::new(uniqueness::too_large(&found, size)))
         }
-        // A branch has few cones. The longest path fits with all that a scene asks for, as a test of records shows, and its
-        // fields are elsewhere.
+        // A branch has few cones. The longest path fits with all that a scene asks for, as a test
+        // of records shows, and its fields are elsewhere.
         Ending::Finished(_) | Ending::Branched(_) | Ending::Quarantined { .. } => ending,
     }
 }

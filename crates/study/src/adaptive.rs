@@ -40,7 +40,7 @@
 //! ```toml
 //! [branch]                    # narrows the bracket of a uniqueness set
 //! to = "1%"                   # until it is no longer than this part of its upper end
-//! at_most = 20000             # by jobs that look at no more cones than this at each point
+//! at_most = 20000             # or the jobs of a point have looked at so many cones
 //! ```
 //!
 //! The choice follows from the results alone. A study that was killed therefore goes on where it

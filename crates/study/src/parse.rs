@@ -445,6 +445,8 @@ fn parse(
     study.is_checked = is_whole;
     study.suggestions = match &figures {
         Some(_) => Vec::new(),
+        // Its columns have the bracket that weights alone show, and not what branches make of it.
+        None if matches!(study.adaptive, Some(Adaptive::Branch { .. })) => Vec::new(),
         None => {
             let of_rule = study.adaptive.as_ref().and_then(|rule| rule.figure(&study.groups));
             let of_kind = kind.suggestions(&study.kind_table, &study.groups, &study.samples());

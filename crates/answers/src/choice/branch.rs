@@ -22,7 +22,7 @@ pub(super) struct BracketNarrowing<'a> {
     pub(super) records: &'a RecordMap,
     /// The length of a bracket, relative to its upper end, that is small enough.
     pub(super) to: f64,
-    /// The number of cones that may be looked at for one length.
+    /// The number of cones of one length after which no further branches are made.
     pub(super) at_most: usize,
 }
 

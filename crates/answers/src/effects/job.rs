@@ -192,7 +192,10 @@ fn bracket_method(question: &Question, search: WitnessSearch) -> SolverChoice {
     } else if search.cases {
         (JobMethod::Cases, "`search.cases` asks for them; `search.width` would narrow the bracket")
     } else {
-        (JobMethod::Weights, "`search.cases` would narrow the bracket on up to 16 elements")
+        (
+            JobMethod::Weights,
+            "`[branch]` or `search.cases` would narrow the bracket on up to 16 elements",
+        )
     };
     SolverChoice { method, reason }
 }

@@ -30,8 +30,8 @@ use crate::model::SceneError;
 /// The largest number of cones that the job of a branch looks at.
 pub const BRANCH_CONES: usize = 32;
 
-/// The largest number of cones of all branches of a search.
-pub const MOST_BRANCHED_CONES: usize = 200_000;
+/// The largest number of cones after which a search may be asked to begin no further generation.
+pub const MOST_BRANCHED_CONES: usize = 50_000;
 
 /// The fields of a case in a cone that are to be excluded for a friction coefficient.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -233,7 +233,7 @@ pub enum GrowthEnd {
     Unsolved,
     /// A cone was given up.
     GivenUp,
-    /// There are as many cones as there may be, and some are open.
+    /// A further generation would begin after as many cones as there may be before one.
     Full,
     /// All fields are excluded, and the cones of all branches leave none out.
     Whole(ConeBound),
@@ -241,9 +241,10 @@ pub enum GrowthEnd {
     Unfit(BranchError),
 }
 
-/// Follows the branches of a search for `mu` by the results that `result` knows, until there are
-/// `most` cones. Branches come generation by generation, and a generation follows from all results
-/// of the one before, so they do not depend on the order in which results arrive.
+/// Follows the branches of a search for `mu` by the results that `result` knows. No generation is
+/// begun if its branches and the cones before it are more than `most`. Branches come generation by
+/// generation, and a generation follows from all results of the one before, so they do not depend
+/// on the order in which results arrive.
 pub fn grow<'a>(
     system: &System,
     mu: f64,

@@ -41,7 +41,7 @@ pub(crate) const BRANCH: KeyTable = KeyTable {
             within(1.0, MOST_BRANCHED_CONES as f64),
             Fallback::Count(AT_MOST as u32),
             "5000",
-            "cones that the jobs may look at for one length of the bracket at one point",
+            "cones of one length of the bracket at one point after which no further jobs are made",
         ),
     ],
 };
@@ -128,11 +128,11 @@ pub(crate) fn check_branched(job: &Job) -> Result<(), SceneError> {
     let refused = WitnessSearch { cases: true, ..*search }.suits(question).err();
     refused.map_or(Ok(()), |SceneError { value: _, expected, .. }| {
         let [nx, ny] = question.mesh.sides();
+        let most = expected.split_once(": ").map_or("", |(_, most)| most);
         Err(SceneError {
             key: "numerics.mesh".to_owned(),
             value: format!("{nx} x {ny}"),
-            expected: expected
-                .replace("must be false for", "must be coarser beside `[branch]` than"),
+            expected: format!("must give fewer elements beside `[branch]`: {most}"),
         })
     })
 }

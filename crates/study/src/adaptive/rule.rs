@@ -39,7 +39,7 @@ pub enum Adaptive {
     Branch {
         /// The length of a bracket, relative to its upper end, that is small enough.
         to: f64,
-        /// The number of cones that the jobs may look at for one length at one point.
+        /// The number of cones of one length at one point after which no further jobs are made.
         at_most: usize,
     },
 }
