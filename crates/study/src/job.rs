@@ -441,6 +441,7 @@ pub(crate) mod tests {
     use proptest::prelude::*;
 
     use contact::model::{Layer, Step};
+    use contact::uniqueness::cases::NormalCase;
 
     use super::*;
 
@@ -547,6 +548,25 @@ pub(crate) mod tests {
     }
 
     proptest! {
+        /// Branches are told apart to the last bit of their forms.
+        #[test]
+        fn forms_travel_bit_for_bit(bits in proptest::collection::vec(any::<u32>(), 4)) {
+            let form: Vec<f32> = bits.into_iter().map(f32::from_bits).collect();
+            prop_assume!(form.iter().all(|value| value.is_finite()));
+            let question = r#"{"foundation":{"base":{"shear_modulus":1.0,"poisson":0.3}},
+                "sole":{"shape":"rectangle","width_x":2.0,"width_y":1.0},"mesh":[2,1]}"#;
+            let states = vec![NormalCase::Closed, NormalCase::Open];
+            let job = Job::Branch {
+                question: serde_json::from_str(question).unwrap(),
+                branch: Branch { mu: 1.25, states, forms: vec![form.clone()] },
+            };
+            let Ok(Job::Branch { branch, .. }) = Job::parse(&job.canonical()) else {
+                return Err(TestCaseError::fail("it is another job"));
+            };
+            let found: Vec<u32> = branch.forms[0].iter().map(|value| value.to_bits()).collect();
+            prop_assert_eq!(found, form.iter().map(|value| value.to_bits()).collect::<Vec<_>>());
+        }
+
         /// The text travels to another process; the last bit of every number must arrive.
         #[test]
         fn numbers_travel_bit_for_bit(
