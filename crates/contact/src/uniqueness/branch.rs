@@ -256,7 +256,10 @@ pub fn grow<'a>(
     let root = Branch { mu, states, forms: Vec::new() };
     let mut seen = HashSet::from([root.identity()]);
     let mut generation = vec![root];
-    let mut results: Vec<(Branch, &[ConeCase])> = Vec::new();
+    let mut results: Vec<KeptResult<'a>> = Vec::new();
+    // Cases are looked at by several jobs where parts overlap with images of others. The first one
+    // counts.
+    let mut looked_at: HashSet<Vec<u8>> = HashSet::new();
     let mut growth = Growth { branches: Vec::new(), cones: 0, end: GrowthEnd::Pending };
     loop {
         growth.branches.extend_from_slice(&generation);
@@ -265,12 +268,23 @@ pub fn grow<'a>(
         let mut is_given_up = false;
         for (branch, result) in generation.iter().zip(&known) {
             let BranchResult::Cases(cases) = result else { continue };
+            growth.cones += cases.iter().map(cones_of).sum::<usize>();
+            let mut kept = Vec::new();
             for case in *cases {
-                is_given_up |= case.nodes.contains(&ConeNode::GivenUp);
-                growth.cones += looked_at(case);
-                children.extend(open_branches(branch, case, &images));
+                let is_open = case.nodes == [ConeNode::Open];
+                let image = || letters(&cases::least_image(&case.states, &images)).into_bytes();
+                let is_known = branch.forms.is_empty()
+                    && match is_open {
+                        true => looked_at.contains(&image()),
+                        false => !looked_at.insert(image()),
+                    };
+                if !is_known {
+                    is_given_up |= case.nodes.contains(&ConeNode::GivenUp);
+                    children.extend(open_branches(branch, case, &images));
+                    kept.push(case);
+                }
             }
-            results.push((branch.clone(), cases));
+            results.push(KeptResult { branch: branch.clone(), cases: kept });
         }
         growth.end = match () {
             () if known.contains(&BranchResult::Missing) => GrowthEnd::Pending,
@@ -296,8 +310,14 @@ pub fn grow<'a>(
     }
 }
 
+/// The result of a branch without the cases that others have as well.
+struct KeptResult<'a> {
+    branch: Branch,
+    cases: Vec<&'a ConeCase>,
+}
+
 /// Returns the number of cones of a case that its job looked at.
-fn looked_at(case: &ConeCase) -> usize {
+fn cones_of(case: &ConeCase) -> usize {
     case.nodes.iter().filter(|node| **node != ConeNode::Open).count()
 }
 
@@ -343,20 +363,16 @@ fn visit_cones(
 ///
 /// # Errors
 /// A [`BranchError`] says that a result is missing, or that cases and cones leave fields out.
-fn whole(
-    system: &System,
-    mu: f64,
-    results: &[(Branch, &[ConeCase])],
-) -> Result<ConeBound, BranchError> {
+fn whole(system: &System, mu: f64, results: &[KeptResult<'_>]) -> Result<ConeBound, BranchError> {
     let mut by_branch = HashMap::new();
-    for (branch, cases) in results {
-        if by_branch.insert(branch.identity(), *cases).is_some() {
+    for KeptResult { branch, cases } in results {
+        if by_branch.insert(branch.identity(), &cases[..]).is_some() {
             let (states, forms) = (letters(&branch.states), branch.forms.len());
             return Err(BranchError::Duplicate { states, forms });
         }
     }
     let mut bound = ConeBound { mu, cases: Vec::new() };
-    for (branch, cases) in results.iter().filter(|(branch, _)| branch.forms.is_empty()) {
+    for KeptResult { branch, cases } in results.iter().filter(|kept| kept.branch.forms.is_empty()) {
         for case in cases.iter().filter(|case| case.nodes != [ConeNode::Open]) {
             let mut nodes = Vec::new();
             join(branch, case, &mut by_branch, &mut nodes)?;
@@ -372,7 +388,7 @@ fn whole(
 fn join(
     branch: &Branch,
     case: &ConeCase,
-    results: &mut HashMap<Vec<u32>, &[ConeCase]>,
+    results: &mut HashMap<Vec<u32>, &[&ConeCase]>,
     nodes: &mut Vec<ConeNode>,
 ) -> Result<(), BranchError> {
     let mut places = Vec::new();
@@ -387,13 +403,12 @@ fn join(
             continue;
         }
         let open = Branch { mu: branch.mu, states: case.states.clone(), forms };
-        let missing = |branch: &Branch| BranchError::Missing {
-            states: letters(&branch.states),
-            forms: branch.forms.len(),
-        };
         match results.remove(&open.identity()) {
             Some([only]) if only.states == open.states => join(&open, only, results, nodes)?,
-            _ => return Err(missing(&open)),
+            _ => {
+                let (states, forms) = (letters(&open.states), open.forms.len());
+                return Err(BranchError::Missing { states, forms });
+            }
         }
     }
     nodes.extend(rest);
