@@ -329,6 +329,8 @@ fn a_bracket_that_takes_too_many_branches_says_what_was_shown() {
     assert_eq!(found["found"], "branches show it; a narrower one takes too many cones", "{found}");
     let width = found["bracket_width"].as_f64().unwrap();
     assert!(width > 0.003 && width < 0.1, "{found}");
+    let said = place.call("solve branches.toml");
+    assert!(said.err.contains("bracketed by weights alone; `tribosweep run"), "{}", said.err);
 }
 
 #[test]

@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 
+use contact::model::{Foundation, Layer};
 use contact::uniqueness::branch::{
     BRANCH_CONES, Branch, BranchError, BranchResult, Growth, GrowthEnd, exclude, goal, grow, verify,
 };
 use contact::uniqueness::cases::NormalCase;
 use contact::uniqueness::cones::{self, ConeCase, ConeError, ConeNode};
-use contact::uniqueness::{Question, System};
+use contact::uniqueness::{Question, Sole, System, WitnessSearch, bracket};
 
 use super::uniqueness_cases::rectangle;
 
@@ -86,6 +87,32 @@ fn branches_show_three_by_three_elements_to_a_per_cent() {
     let (backwards, same) = Search::run(rectangle([3, 3], 0.0), mu, 1000, true);
     assert_eq!(same, growth);
     assert!(backwards.results.iter().all(|result| search.results.contains(result)));
+}
+
+/// A cone goes from job to job by forms in single precision, whatever the sizes of pressures and
+/// tractions are.
+#[test]
+fn branches_narrow_brackets_of_hard_bodies() {
+    let layer = Layer { shear_modulus: 8e9, poisson: 0.3, thickness: 0.002 };
+    let base = rectangle([3, 2], 0.3);
+    let layered = Foundation { layers: vec![layer], ..base.foundation.clone() };
+    let brief = WitnessSearch { starts: 1, kept: 1, seed: 1, ..WitnessSearch::default() };
+    for (question, width) in [
+        (rectangle([4, 1], 0.0), 0.02),
+        (Question { epsilon: 0.1, ..rectangle([3, 3], 0.3) }, 0.05),
+        // The weaker the coupling, the farther apart are the sizes of pressures and tractions.
+        (rectangle([3, 3], 0.499), 0.02),
+        (Question { foundation: layered, ..base }, 0.05),
+        (Question { sole: Sole::Disk { radius: 0.01 }, ..rectangle([4, 4], 0.0) }, 0.1),
+    ] {
+        let bracket = bracket(&question, &brief).unwrap();
+        let mu = goal(bracket.ends().unwrap()[1], width);
+        let (search, growth) = Search::run(question, mu, 2000, false);
+        let GrowthEnd::Whole(bound) = growth.end else {
+            panic!("{} branches: {:?}", growth.branches.len(), search.question)
+        };
+        assert_eq!(cones::verify(&search.system, &bound), Ok(()));
+    }
 }
 
 #[test]
