@@ -101,7 +101,7 @@ fn branches_narrow_brackets_of_hard_bodies() {
         (rectangle([4, 1], 0.0), 0.02),
         (Question { epsilon: 0.1, ..rectangle([3, 3], 0.3) }, 0.05),
         // The weaker the coupling, the farther apart are the sizes of pressures and tractions.
-        (rectangle([3, 3], 0.499), 0.02),
+        (rectangle([3, 2], 0.499), 0.02),
         (Question { foundation: layered, ..base }, 0.05),
         (Question { sole: Sole::Disk { radius: 0.01 }, ..rectangle([4, 4], 0.0) }, 0.1),
     ] {
@@ -175,6 +175,11 @@ fn no_bound_has_a_hole() {
     let end = search.end_with(|results| drop(results[with_forms].1[0].nodes.pop()));
     assert!(matches!(end, GrowthEnd::Unfit(_)), "{end:?}");
     let end = search.end_with(|results| results[with_forms].1.clear());
+    assert!(matches!(end, GrowthEnd::Unfit(BranchError::Missing { .. })), "{end:?}");
+    let end = search.end_with(|results| {
+        let twice = results[with_forms].1[0].clone();
+        results[with_forms].1.push(twice);
+    });
     assert!(matches!(end, GrowthEnd::Unfit(BranchError::Missing { .. })), "{end:?}");
     // A branch that stays as open as it was ends nothing, and does not go on for ever.
     let end = search.end_with(|results| results[with_forms].1[0].nodes = vec![ConeNode::Open]);
