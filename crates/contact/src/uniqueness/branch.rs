@@ -141,17 +141,9 @@ pub enum BranchError {
     /// The branch itself is left open.
     #[error("the branch is left as open as it was")]
     Idle,
-    /// The result of a branch is missing.
-    #[error("a branch has no result: case {states} with {forms} forms")]
+    /// The result of a branch is missing, is none of a cone, or was put in another place already.
+    #[error("a branch has no result of its own: case {states} with {forms} forms")]
     Missing {
-        /// The states of the case, in letters.
-        states: String,
-        /// The number of forms.
-        forms: usize,
-    },
-    /// The result of a branch belongs to two places.
-    #[error("a branch stands in two places: case {states} with {forms} forms")]
-    Duplicate {
         /// The states of the case, in letters.
         states: String,
         /// The number of forms.
@@ -364,13 +356,8 @@ fn visit_cones(
 /// # Errors
 /// A [`BranchError`] says that a result is missing, or that cases and cones leave fields out.
 fn whole(system: &System, mu: f64, results: &[KeptResult<'_>]) -> Result<ConeBound, BranchError> {
-    let mut by_branch = HashMap::new();
-    for KeptResult { branch, cases } in results {
-        if by_branch.insert(branch.identity(), &cases[..]).is_some() {
-            let (states, forms) = (letters(&branch.states), branch.forms.len());
-            return Err(BranchError::Duplicate { states, forms });
-        }
-    }
+    let mut by_branch: HashMap<Vec<u32>, &[&ConeCase]> =
+        results.iter().map(|kept| (kept.branch.identity(), &kept.cases[..])).collect();
     let mut bound = ConeBound { mu, cases: Vec::new() };
     for KeptResult { branch, cases } in results.iter().filter(|kept| kept.branch.forms.is_empty()) {
         for case in cases.iter().filter(|case| case.nodes != [ConeNode::Open]) {
