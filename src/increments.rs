@@ -30,7 +30,9 @@ impl PathJob<'_> {
                 "a search for several solutions keeps the fields of its last increment only; solve \
                  its scene by a study of another kind"
             ),
-            Job::Uniqueness { .. } => bail!("a study of uniqueness sets follows no loading path"),
+            Job::Uniqueness { .. } | Job::Branch { .. } => {
+                bail!("a study of uniqueness sets follows no loading path")
+            }
         }
     }
 

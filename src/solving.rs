@@ -71,7 +71,8 @@ pub(crate) fn solve_scene(
             Adaptive::Refine { .. }
             | Adaptive::Bisect { .. }
             | Adaptive::Find(_)
-            | Adaptive::Fill(_),
+            | Adaptive::Fill(_)
+            | Adaptive::Branch { .. },
         )
         | None => {
             let job = study.point(0).context("the study's only point cannot be made")?.job;

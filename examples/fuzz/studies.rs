@@ -52,6 +52,7 @@ const DICTIONARY: &[&str] = &[
     "bisect",
     "find",
     "fill",
+    "branch",
     "figure",
     "zip",
     "convergence",

@@ -97,8 +97,10 @@ fn show(args: &SolveArgs, study: &Study, solution: &SolvedScene) -> Result<()> {
 /// Says on standard error what is to be doubted in the result.
 fn say_doubts(args: &SolveArgs, study: &Study, solution: &SolvedScene) {
     solution.doubts().iter().for_each(|doubt| output::say(doubt));
-    if let Some(Adaptive::Refine { .. }) = study.adaptive() {
-        let run = run_command(args);
-        output::say(&format!("solved on the study's first mesh; `{run}` refines it"));
-    }
+    let (state, rest) = match study.adaptive() {
+        Some(Adaptive::Refine { .. }) => ("solved on the study's first mesh", "refines it"),
+        Some(Adaptive::Branch { .. }) => ("bracketed by weights alone", "narrows the bracket"),
+        _ => return,
+    };
+    output::say(&format!("{state}; `{}` {rest}", run_command(args)));
 }

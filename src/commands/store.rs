@@ -72,10 +72,11 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
     let mut undecodable: Vec<(JobKey, String)> = Vec::new();
     let mut too_large: Vec<(JobKey, String)> = Vec::new();
     let mut brackets: Vec<(JobKey, (Question, [f64; 2]))> = Vec::new();
-    let (mut foreign, mut proved) = (0, 0);
+    let (mut foreign, mut proved, mut excluded) = (0, 0, 0);
     let found = store.verify(|key, bytes| match Record::decode(bytes) {
         Ok(record) if record.key() == *key => {
             match deep.then(|| proof(&record)).flatten() {
+                Some(Proof::Holds(_)) if record.branched().is_some() => excluded += 1,
                 Some(Proof::Holds(_)) => {
                     proved += 1;
                     brackets.extend(bracket_ends(&record).map(|ends| (*key, ends)));
@@ -132,6 +133,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             "kept_counts": { "proved": kept.proved, "notes": kept.notes },
             "kept_tables": { "proved": tables.proved, "notes": tables.notes },
             "brackets_proved": deep.then_some(proved),
+            "branches_proved": deep.then_some(excluded),
             "brackets_too_large": deep.then_some(too_large.len()),
             "records_of_other_versions": foreign,
             "unreferenced_files": found.unreferenced_blobs,
@@ -154,6 +156,10 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
                 "{} of uniqueness sets proved anew\n",
                 count(proved, "bracket", "brackets")
             );
+            if excluded > 0 {
+                let branches = count(excluded, "branch", "branches");
+                text += &format!("{branches} of their fields proved anew\n");
+            }
             too_large.iter().for_each(|(key, reason)| {
                 text += &format!("not checked: record {key}: {reason}\n")
             });

@@ -6,6 +6,7 @@
 
 mod accuracy;
 mod bisect;
+mod branch;
 mod column_value;
 mod condition;
 mod fill;
@@ -26,6 +27,7 @@ use crate::error::AnswerError;
 use crate::records::{RecordMap, Records};
 
 use bisect::Bisection;
+use branch::BracketNarrowing;
 use fill::Filler;
 use find::RootFinder;
 use refine::MeshRefinement;
@@ -54,6 +56,14 @@ pub fn choose(study: &Study, records: &RecordMap) -> Result<PointChoice, AnswerE
         }
         Some(Adaptive::Find(search)) => RootFinder::new(study, records, search)?.choose(),
         Some(Adaptive::Fill(filling)) => Filler::new(study, records, filling)?.choose(),
+        Some(Adaptive::Branch { to, at_most }) => {
+            let narrowing = BracketNarrowing { study, records, to: *to, at_most: *at_most };
+            let mut choice = PointChoice::default();
+            for index in study.indices() {
+                choice.extend(narrowing.choose(index)?);
+            }
+            Ok(choice)
+        }
         Some(Adaptive::Accuracy(accuracy)) => accuracy::choose(study, accuracy, records),
     }
 }

@@ -110,7 +110,7 @@ fn of_job(job: &Job, surfaces: &Surfaces) -> Result<Vec<CitedSubject>, AnswerErr
             let simulated = effects.decisions().iter().filter(|decision| decision.on);
             used.extend(simulated.map(|decision| CitedSubject::Effect(decision.effect)));
         }
-        Job::Uniqueness { question, .. } => {
+        Job::Uniqueness { question, .. } | Job::Branch { question, .. } => {
             used.push(CitedSubject::Uniqueness);
             used.extend(question.plane.then_some(CitedSubject::Strips));
             if !question.foundation.layers.is_empty() {

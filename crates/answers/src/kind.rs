@@ -65,6 +65,7 @@ pub fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, SceneError> 
         Job::Solve(case) => solve::forecast(case, surfaces),
         Job::Cost { case, repeat, .. } => cost::forecast(case, *repeat, surfaces),
         Job::Uniqueness { question, search } => contact::forecast_bracket(question, search),
+        Job::Branch { question, branch } => contact::forecast_branch(question, branch),
         Job::Multiplicity { case, search } => multiplicity::forecast(case, search, surfaces),
     }
 }
@@ -82,6 +83,7 @@ pub fn perform(
         Job::Solve(case) => solve::perform(case, surfaces, operators),
         Job::Cost { case, repeat, threads } => cost::perform(case, *repeat, *threads, surfaces),
         Job::Uniqueness { question, search } => uniqueness::perform(question, search),
+        Job::Branch { question, branch } => uniqueness::perform_branch(question, branch),
         Job::Multiplicity { case, search } => {
             multiplicity::perform(case, search, surfaces, operators)
         }
@@ -98,7 +100,7 @@ pub fn tables_of(record: &Record) -> Result<Vec<AnswerTable>, AnswerError> {
         Ending::Finished(outcome) => {
             outcome.further.interior.as_ref().map_or(Ok(Vec::new()), interior::tables)
         }
-        Ending::Bracketed(_) | Ending::Quarantined { .. } => Ok(Vec::new()),
+        Ending::Bracketed(_) | Ending::Branched(_) | Ending::Quarantined { .. } => Ok(Vec::new()),
     }
 }
 
@@ -110,8 +112,8 @@ pub fn too_large(ending: Ending, size: RecordSize) -> Ending {
         Ending::Bracketed(found) => {
             Ending::Bracketed(Box::new(uniqueness::too_large(&found, size)))
         }
-        // The longest path fits with all that a scene asks for, as a test of records shows, and its
-        // fields are elsewhere.
-        Ending::Finished(_) | Ending::Quarantined { .. } => ending,
+        // A branch has few cones. The longest path fits with all that a scene asks for, as a test
+        // of records shows, and its fields are elsewhere.
+        Ending::Finished(_) | Ending::Branched(_) | Ending::Quarantined { .. } => ending,
     }
 }

@@ -234,7 +234,8 @@ impl<'r> Results<'r> {
                 Adaptive::Accuracy(_)
                 | Adaptive::Bisect { .. }
                 | Adaptive::Find(_)
-                | Adaptive::Fill(_),
+                | Adaptive::Fill(_)
+                | Adaptive::Branch { .. },
             )
             | None => all,
         };

@@ -80,7 +80,7 @@ pub mod theory;
 pub mod uniqueness;
 
 pub use common::{Cancellation, SplitMix64};
-pub use forecast::{Forecast, forecast, forecast_bracket, forecast_search};
+pub use forecast::{Forecast, forecast, forecast_bracket, forecast_branch, forecast_search};
 pub use path::{
     FrictionProblem, FrictionProblemError, SolvedIncrement, Watch, solve, solve_watched,
 };

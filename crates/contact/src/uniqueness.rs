@@ -14,6 +14,7 @@
 //! - [`cones`]: the lower bound by cases whose fields are cut into cones;
 //! - `exclusion`: the weights that exclude a cone for one μ, or a mixture of fields in it;
 //! - `cone_search`: the search for cases and cones;
+//! - [`branch`]: branches of that search, each with a proof of its own;
 //! - [`witness`]: a field that shows an upper bound, and the check of it;
 //! - `lbfgs`: minimisation of smooth functions of many variables;
 //! - `descent`: local minimisation of F, for a witness;
@@ -91,6 +92,7 @@
 mod ball;
 mod barrier;
 mod bracket;
+pub mod branch;
 pub mod cases;
 mod cone_search;
 pub mod cones;

@@ -37,11 +37,18 @@
 //!                             # other axes; 1000 if left out
 //! ```
 //!
+//! ```toml
+//! [branch]                    # narrows the bracket of a uniqueness set
+//! to = "1%"                   # until it is no longer than this part of its upper end
+//! at_most = 20000             # or the jobs of a point have looked at so many cones
+//! ```
+//!
 //! The choice follows from the results alone. A study that was killed therefore goes on where it
 //! was, and its points are the same on any number of workers.
 
 mod axis;
 mod bisect;
+mod branch;
 mod figure;
 mod fill;
 mod find;
@@ -55,28 +62,32 @@ use crate::axis::Group;
 use crate::columns::Column;
 use crate::error::Mistake;
 use crate::key::Key;
+use crate::kind::Kind;
 use crate::read::Node;
 use crate::sheet::Given;
 use crate::table_key::KeyTable;
 
 use bisect::{BISECT, read_bisect};
+use branch::{BRANCH, read_branch};
 use fill::{FILL, read_fill};
 use find::{FIND, read_find};
 use refine::{REFINE, read_refine};
 
+pub(crate) use branch::check_branched;
 pub use rule::{Adaptive, Filling, RootSearch};
 pub use table::OF_ONE_JOB;
 
 /// The rules of which a study has at most one. `accuracy` is read by itself.
-pub(crate) const RULES: [&str; 5] = ["accuracy", "refine", "bisect", "find", "fill"];
+pub(crate) const RULES: [&str; 6] = ["accuracy", "refine", "bisect", "find", "fill", "branch"];
 
 /// The tables of the rules, but for that of `accuracy`.
-pub(crate) const TABLES: [&KeyTable; 4] = [&REFINE, &BISECT, &FIND, &FILL];
+pub(crate) const TABLES: [&KeyTable; 5] = [&REFINE, &BISECT, &FIND, &FILL, &BRANCH];
 
-/// Reads the rule at the `root` of a study, which excludes any other. `base`, `groups` and
+/// Reads the rule at the `root` of a study, which excludes any other. `kind`, `base`, `groups` and
 /// `columns` are the study's.
 pub(crate) fn read(
     root: &DeTable<'_>,
+    kind: Kind,
     base: &[(Key, Given)],
     groups: &[Group],
     columns: &[Column],
@@ -96,6 +107,7 @@ pub(crate) fn read(
         [("bisect", node)] => read_bisect(node, groups, mistakes),
         [("find", node)] => read_find(node, groups, columns, mistakes),
         [("fill", node)] => read_fill(node, groups, columns, mistakes),
+        [("branch", node)] => read_branch(node, kind, base, groups, mistakes),
         _ => None,
     };
     read.filter(|_| mistakes.len() == before)

@@ -197,7 +197,7 @@ pub fn with_cost_ladder(
     }
     let mut document = parse(text, path, files)?;
     // The scene is chosen, and the ladder has points of its own.
-    for table in ["figure", "refine", "bisect", "find", "fill", "exclude", "keep", "kind"]
+    for table in ["figure", "refine", "bisect", "find", "fill", "branch", "exclude", "keep", "kind"]
         .into_iter()
         .chain(Kind::tables().map(|table| table.path))
     {

@@ -8,6 +8,7 @@ use contact::model::{
     Numerics, Punch, Scene, SceneError, Shape, Wear,
 };
 use contact::multiplicity::Search;
+use contact::uniqueness::branch::Branch;
 use contact::uniqueness::{Question, WitnessSearch};
 use identity::JobKey;
 
@@ -45,6 +46,13 @@ pub enum Job {
         /// The extent of the search for a witness.
         #[serde(rename = "effort", with = "effort")]
         search: WitnessSearch,
+    },
+    /// A part of the fields that would bring the end μ* of a uniqueness set down to some friction.
+    Branch {
+        /// The bodies and the sole.
+        question: Question,
+        /// The part, and the friction for which it is to be excluded.
+        branch: Branch,
     },
 }
 
@@ -91,7 +99,7 @@ impl Job {
             Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
                 Some(case)
             }
-            Job::Uniqueness { .. } => None,
+            Job::Uniqueness { .. } | Job::Branch { .. } => None,
         }
     }
 
@@ -101,7 +109,7 @@ impl Job {
             Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
                 case.numerics.mesh
             }
-            Job::Uniqueness { question, .. } => question.mesh,
+            Job::Uniqueness { question, .. } | Job::Branch { question, .. } => question.mesh,
         }
     }
 
@@ -121,6 +129,10 @@ impl Job {
                 question.validate()?;
                 search.validate()?;
                 search.suits(question)
+            }
+            Job::Branch { question, branch } => {
+                question.validate()?;
+                branch.validate(question)
             }
         }
     }
@@ -214,6 +226,10 @@ impl Job {
                 if question.plane {
                     *search = WitnessSearch::default();
                 }
+            }
+            Job::Branch { question, .. } => {
+                normalise(&mut question.foundation, &mut question.punch);
+                question.epsilon += 0.0;
             }
         }
     }
@@ -425,6 +441,7 @@ pub(crate) mod tests {
     use proptest::prelude::*;
 
     use contact::model::{Layer, Step};
+    use contact::uniqueness::cases::NormalCase;
 
     use super::*;
 
@@ -531,6 +548,25 @@ pub(crate) mod tests {
     }
 
     proptest! {
+        /// Branches are told apart to the last bit of their forms.
+        #[test]
+        fn forms_travel_bit_for_bit(bits in proptest::collection::vec(any::<u32>(), 4)) {
+            let form: Vec<f32> = bits.into_iter().map(f32::from_bits).collect();
+            prop_assume!(form.iter().all(|value| value.is_finite()));
+            let question = r#"{"foundation":{"base":{"shear_modulus":1.0,"poisson":0.3}},
+                "sole":{"shape":"rectangle","width_x":2.0,"width_y":1.0},"mesh":[2,1]}"#;
+            let states = vec![NormalCase::Closed, NormalCase::Open];
+            let job = Job::Branch {
+                question: serde_json::from_str(question).unwrap(),
+                branch: Branch { mu: 1.25, states, forms: vec![form.clone()] },
+            };
+            let Ok(Job::Branch { branch, .. }) = Job::parse(&job.canonical()) else {
+                return Err(TestCaseError::fail("it is another job"));
+            };
+            let found: Vec<u32> = branch.forms[0].iter().map(|value| value.to_bits()).collect();
+            prop_assert_eq!(found, form.iter().map(|value| value.to_bits()).collect::<Vec<_>>());
+        }
+
         /// The text travels to another process; the last bit of every number must arrive.
         #[test]
         fn numbers_travel_bit_for_bit(

@@ -263,7 +263,7 @@ impl Job {
             Job::Solve(_) => Kind::Solve,
             Job::Cost { .. } => Kind::Cost,
             Job::Multiplicity { .. } => Kind::Multiplicity,
-            Job::Uniqueness { .. } => Kind::Uniqueness,
+            Job::Uniqueness { .. } | Job::Branch { .. } => Kind::Uniqueness,
         }
     }
 

@@ -387,7 +387,7 @@ fn parse(
     kind.read_columns(&root, &columns, &mut kind_table, &mut mistakes);
     let figures =
         root.get("figure").map(|node| figure::read_figures(node, &groups, &columns, &mut mistakes));
-    let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);
+    let adaptive = adaptive::read(&root, kind, &base, &groups, &columns, &mut mistakes);
     let adaptive = adaptive.or(accuracy.map(Adaptive::Accuracy));
     let exclusion = exclusion::read(&root, &base, &groups, keys(), &columns, &mut mistakes);
     if let (Some(exclusion), Kind::Sensitivity) = (&exclusion, kind) {
@@ -445,6 +445,8 @@ fn parse(
     study.is_checked = is_whole;
     study.suggestions = match &figures {
         Some(_) => Vec::new(),
+        // Its columns have the bracket that weights alone show, and not what branches make of it.
+        None if matches!(study.adaptive, Some(Adaptive::Branch { .. })) => Vec::new(),
         None => {
             let of_rule = study.adaptive.as_ref().and_then(|rule| rule.figure(&study.groups));
             let of_kind = kind.suggestions(&study.kind_table, &study.groups, &study.samples());

@@ -135,7 +135,7 @@ impl<'p> Reader<'p> {
         let word = name.get_ref().as_ref();
         let mistake = unknown(word, name.span(), &place, &table.names());
         self.mistakes.push(match word {
-            top @ ("accuracy" | "sample" | "refine" | "bisect" | "find" | "fill") => {
+            top @ ("accuracy" | "sample" | "refine" | "bisect" | "find" | "fill" | "branch") => {
                 mistake.help(format!("`{top}` stands at the top of the study"))
             }
             _ => match standing_elsewhere(word, table.pattern) {

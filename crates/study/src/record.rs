@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use contact::model::{Further, Outcome, Status};
 use contact::multiplicity::Multiplicity;
 use contact::uniqueness::Bracket;
+use contact::uniqueness::cones::ConeCase;
 use contact::uniqueness::witness::Shown;
 use identity::{JobKey, KeptFields};
 
@@ -30,6 +31,8 @@ pub enum Ending {
         /// The number of attempts.
         attempts: u32,
     },
+    /// A part of the fields of a uniqueness set was excluded, or cut.
+    Branched(Box<Branched>),
 }
 
 impl Ending {
@@ -39,6 +42,7 @@ impl Ending {
             Ending::Finished(outcome) => Some(&outcome.status),
             Ending::Searched(found) => Some(&found.status),
             Ending::Bracketed(found) => Some(&found.status),
+            Ending::Branched(found) => Some(&found.status),
             Ending::Quarantined { .. } => None,
         }
     }
@@ -47,9 +51,10 @@ impl Ending {
     pub(crate) fn further(&self) -> Further {
         match self {
             Ending::Finished(outcome) => outcome.further.clone(),
-            Ending::Searched(_) | Ending::Bracketed(_) | Ending::Quarantined { .. } => {
-                Further::default()
-            }
+            Ending::Searched(_)
+            | Ending::Bracketed(_)
+            | Ending::Branched(_)
+            | Ending::Quarantined { .. } => Further::default(),
         }
     }
 
@@ -112,6 +117,15 @@ pub struct Bracketed {
     pub shown: Option<Shown>,
 }
 
+/// The result of excluding a part of the fields of a uniqueness set.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Branched {
+    /// The status, which is certified if code of its own verified what is said to be excluded.
+    pub status: Status,
+    /// The cases and cones, excluded or left open.
+    pub cases: Vec<ConeCase>,
+}
+
 /// The record that a job leaves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
@@ -157,7 +171,7 @@ impl Record {
     pub fn outcome(&self) -> Option<&Outcome> {
         match &self.ending {
             Ending::Finished(outcome) => Some(outcome),
-            Ending::Searched(_) | Ending::Bracketed(_) | Ending::Quarantined { .. } => None,
+            _ => None,
         }
     }
 
@@ -165,7 +179,7 @@ impl Record {
     pub fn multiplicity(&self) -> Option<&Multiplicity> {
         match &self.ending {
             Ending::Searched(found) => Some(found),
-            Ending::Finished(_) | Ending::Bracketed(_) | Ending::Quarantined { .. } => None,
+            _ => None,
         }
     }
 
@@ -173,7 +187,15 @@ impl Record {
     pub fn bracketed(&self) -> Option<&Bracketed> {
         match &self.ending {
             Ending::Bracketed(found) => Some(found),
-            Ending::Finished(_) | Ending::Searched(_) | Ending::Quarantined { .. } => None,
+            _ => None,
+        }
+    }
+
+    /// Returns the result of excluding a part of the fields of a uniqueness set.
+    pub fn branched(&self) -> Option<&Branched> {
+        match &self.ending {
+            Ending::Branched(found) => Some(found),
+            _ => None,
         }
     }
 

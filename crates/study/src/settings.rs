@@ -7,7 +7,7 @@ use contact::model::{
     Projection, RollingDirection, RollingHistory, Shape, Side, Step, Wear, WheelsetMotion,
 };
 use contact::multiplicity::Search;
-use contact::uniqueness::Sole;
+use contact::uniqueness::{Question, Sole};
 
 use crate::job::{Case, Job};
 use crate::key::Key;
@@ -53,32 +53,42 @@ impl<'a> JobParts<'a> {
                 ..Self::of_case(case)
             },
             Job::Uniqueness { question, search } => JobParts {
-                foundation: &question.foundation,
-                shape: Some(Cow::Owned(match question.sole {
-                    Sole::Rectangle { width_x, width_y } => {
-                        Shape::FlatRectangle { width_x, width_y }
-                    }
-                    Sole::Disk { radius } => Shape::FlatDisk { radius },
-                })),
-                material: question.punch.as_ref(),
-                mu: None,
-                wear: None,
-                domain: None,
-                loading: None,
-                interior: None,
-                mesh: question.mesh,
-                projection: question.projection,
-                epsilon: question.epsilon,
-                numerics: None,
-                method: None,
-                simulate: &[],
                 // Nothing is left to chance in a plane.
                 starts: (!question.plane).then_some(search.starts),
                 seed: (!question.plane).then_some(search.seed),
                 cases: search.cases,
                 width: search.width,
-                plane: question.plane,
+                ..Self::of_question(question)
             },
+            Job::Branch { question, .. } => Self::of_question(question),
+        }
+    }
+
+    /// Returns the parts of the bodies and the sole on which a uniqueness set depends.
+    fn of_question(question: &'a Question) -> Self {
+        JobParts {
+            foundation: &question.foundation,
+            shape: Some(Cow::Owned(match question.sole {
+                Sole::Rectangle { width_x, width_y } => Shape::FlatRectangle { width_x, width_y },
+                Sole::Disk { radius } => Shape::FlatDisk { radius },
+            })),
+            material: question.punch.as_ref(),
+            mu: None,
+            wear: None,
+            domain: None,
+            loading: None,
+            interior: None,
+            mesh: question.mesh,
+            projection: question.projection,
+            epsilon: question.epsilon,
+            numerics: None,
+            method: None,
+            simulate: &[],
+            starts: None,
+            seed: None,
+            cases: false,
+            width: None,
+            plane: question.plane,
         }
     }
 

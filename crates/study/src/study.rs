@@ -37,7 +37,7 @@ use rayon::prelude::*;
 use contact::model::{Mesh, SceneError};
 use contact::punch::Surfaces;
 
-use crate::adaptive::Adaptive;
+use crate::adaptive::{Adaptive, check_branched};
 use crate::assemble::locate;
 use crate::axis;
 use crate::axis::{Group, MAX_POINTS, MAX_RUN_POINTS, MAX_SHARDS, SweepAxis};
@@ -698,6 +698,10 @@ impl Study {
         let job = self.kind.assemble(&self.kind_table, sheet, &self.files.names, &self.places)?;
         if let Some(Adaptive::Accuracy(accuracy)) = &self.adaptive {
             accuracy.check(&job).map_err(|mistake| vec![mistake])?;
+        }
+        if let Some(Adaptive::Branch { .. }) = &self.adaptive {
+            let located = |error| vec![locate(&error, sheet, &self.places)];
+            check_branched(&job).map_err(located)?;
         }
         Ok(job)
     }

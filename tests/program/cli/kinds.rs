@@ -271,6 +271,68 @@ punch.width_x = ["2 mm", "4 mm", "5 mm"]
     );
 }
 
+/// The bracket of three by three elements is narrowed by a tree of jobs.
+const BRANCHES: &str = r#"name = "branches"
+kind = "uniqueness"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0 }
+punch = { shape = "flat-rectangle", width_x = "2 mm", width_y = "2 mm" }
+[numerics]
+mesh = 3
+[search]
+starts = 1
+[branch]
+to = "1%"
+"#;
+
+#[test]
+fn branches_narrow_a_bracket_alike_on_any_number_of_workers() {
+    let table = |workers: &str| {
+        let place = Place::with("branches.toml", BRANCHES);
+        let plan = place.json("plan branches.toml --json");
+        assert_eq!((&plan["points"], &plan["to_run"]), (&1.into(), &1.into()), "{plan}");
+        let said = place.call(&format!("run branches.toml --workers {workers}"));
+        assert_eq!(said.code, 0, "{}", said.err);
+        let found = place.json("answer branches --json")["answers"]["found"]["rows"][0].clone();
+        let number = |name: &str| found[name].as_f64().unwrap_or_else(|| panic!("{name}: {found}"));
+        assert!(number("mu_low") > 2.165 && number("mu_high") < 2.188, "{found}");
+        assert!(number("bracket_width") <= 0.01 && found["found"] == "branches show it", "{found}");
+        let points = place.json("plan branches.toml --json");
+        assert_eq!(points["points"].as_u64(), Some(1 + number("jobs") as u64), "{points}");
+        assert_eq!(&points["to_run"], &0);
+        let excluded = place.json(
+            "query branches --where excluded_mu>2.165 --select key,excluded_case,excluded_cones --json",
+        );
+        let rows = excluded["rows"].as_array().unwrap();
+        assert_eq!(rows.len() as f64, number("jobs"));
+        let sum = |name: &str| rows.iter().map(|row| row[name].as_u64().unwrap()).sum::<u64>();
+        assert!(sum("excluded_cones") > 50, "{excluded}");
+        assert_eq!(rows[0]["excluded_case"], "uuuuuuuuu");
+        let key = rows[1]["key"].as_str().unwrap();
+        assert!(place.call(&format!("show {key}")).out.contains("excluded_mu"));
+        let said = place.call("store verify --deep");
+        let words = format!("\n{} branches of their fields proved anew\n", number("jobs"));
+        assert!(said.code == 0 && said.out.contains(&words), "{}", said.out);
+        assert!(said.out.contains("1 bracket of uniqueness sets proved anew"), "{}", said.out);
+        place.call("query branches --select key,excluded_mu,excluded_cones,open_cones --format csv")
+    };
+    let [alone, together] = ["1", "3"].map(table);
+    assert_eq!((alone.code, &alone.out), (0, &together.out));
+}
+
+#[test]
+fn a_bracket_that_takes_too_many_branches_says_what_was_shown() {
+    let text = BRANCHES.replace("to = \"1%\"", "to = \"0.3%\"\nat_most = 60");
+    let place = Place::with("branches.toml", text);
+    assert_eq!(place.call("run branches.toml").code, 0);
+    let found = place.json("answer branches --json")["answers"]["found"]["rows"][0].clone();
+    assert_eq!(found["found"], "branches show it; a narrower one takes too many cones", "{found}");
+    let width = found["bracket_width"].as_f64().unwrap();
+    assert!(width > 0.003 && width < 0.1, "{found}");
+    let said = place.call("solve branches.toml");
+    assert!(said.err.contains("bracketed by weights alone; `tribosweep run"), "{}", said.err);
+}
+
 #[test]
 fn a_plan_says_how_the_lower_end_of_a_bracket_is_shown() {
     let text = r#"name = "ends"
@@ -283,7 +345,7 @@ mesh = 3
 "#;
     let place = Place::with("ends.toml", text);
     for (more, said) in [
-        ("", "weights, `search.cases` would narrow the bracket on up to 16"),
+        ("", "weights, `[branch]` or `search.cases` would narrow the bracket"),
         ("[search]\ncases = true\n", "cases, `search.cases` asks for them; `search.width` would"),
         ("[search]\ncases = true\nwidth = 0.02\n", "cones, `search.width` says how narrow"),
     ] {

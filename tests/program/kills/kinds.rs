@@ -144,10 +144,10 @@ mesh = 20
 "wear.coefficient" = ["1e-8 1/MPa", "2e-8 1/MPa", "5e-8 1/MPa", "1e-7 1/MPa", "2e-7 1/MPa", "3e-7 1/MPa"]
 "#;
 
-/// Waits until some jobs are durable and some are not; returns `false` if the study was over before
-/// that was seen.
-fn is_in_its_middle(running: &mut Running) -> bool {
-    while keys(&running.events(), "done").is_empty() {
+/// Waits until a number of jobs are durable and some are not; returns `false` if the study was over
+/// before that was seen.
+fn is_in_its_middle(running: &mut Running, durable: usize) -> bool {
+    while keys(&running.events(), "done").len() < durable {
         if running.has_ended() {
             return false;
         }
@@ -168,10 +168,10 @@ fn finished(place: &MarkedPlace, mut running: Running) -> BTreeSet<String> {
 }
 
 /// Kills the coordinator and resumes.
-fn without_coordinator(study: &str, jobs: usize) -> Option<Results> {
+fn without_coordinator(study: &str, jobs: usize, durable: usize) -> Option<Results> {
     let place = MarkedPlace::with(study);
     let mut running = place.start_run(&["--json"]);
-    if !is_in_its_middle(&mut running) {
+    if !is_in_its_middle(&mut running, durable) {
         return None;
     }
     running.kill();
@@ -204,10 +204,10 @@ fn without_coordinator(study: &str, jobs: usize) -> Option<Results> {
 }
 
 /// Kills a worker; the run goes on.
-fn without_worker(study: &str, jobs: usize) -> Option<Results> {
+fn without_worker(study: &str, jobs: usize, durable: usize) -> Option<Results> {
     let place = MarkedPlace::with(study);
     let mut running = place.start_run(&["--json"]);
-    if !is_in_its_middle(&mut running) {
+    if !is_in_its_middle(&mut running, durable) {
         return None;
     }
     let workers = running.workers();
@@ -220,6 +220,11 @@ fn without_worker(study: &str, jobs: usize) -> Option<Results> {
 }
 
 fn survives(study: &str, jobs: usize) {
+    survives_after(study, jobs, 1);
+}
+
+/// Checks that a study of so many jobs survives a kill after some are durable.
+fn survives_after(study: &str, jobs: usize, durable: usize) {
     let place = MarkedPlace::with(study);
     assert_eq!(finished(&place, place.start_run(&["--json"])).len(), jobs);
     let undisturbed = place.results("kinds");
@@ -227,7 +232,7 @@ fn survives(study: &str, jobs: usize) {
     for disturbed in [without_coordinator, without_worker] {
         // On a busy machine the study may be over before it is seen to have begun.
         let found = (0..10)
-            .find_map(|_| disturbed(study, jobs))
+            .find_map(|_| disturbed(study, jobs, durable))
             .expect("ten runs ended before anything could be killed");
         assert!(found == undisturbed, "{}\ninstead of\n{}", found.table, undisturbed.table);
     }
@@ -246,6 +251,14 @@ fn ends_shown_by_cases_survive() {
 #[test]
 fn ends_shown_by_cones_survive() {
     survives(&uniqueness([3, 2], "[3, 2]", "starts = 1\ncases = true\nwidth = 0.01"), 6);
+}
+
+#[test]
+fn brackets_narrowed_by_branches_survive() {
+    let branch = "starts = 1\n[branch]\nto = \"1%\"";
+    let study = uniqueness([3, 3], "3", branch);
+    // The bracket and the first branch are generations by themselves.
+    survives_after(&study.replace("[0, 0.1, 0.2, 0.3, 0.4, 0.5]", "[0]"), 21, 3);
 }
 
 #[test]

@@ -136,6 +136,17 @@ pub enum Discovery {
         /// The reason, in words.
         reason: &'static str,
     },
+    /// The bracket of a uniqueness set is as narrow as it gets.
+    Branched {
+        /// Both ends; `None` if μ* is infinite.
+        ends: Option<[f64; 2]>,
+        /// The number of jobs that looked at parts of the fields.
+        jobs: usize,
+        /// The number of cones that they looked at.
+        cones: usize,
+        /// The state of the bracket, in words.
+        reason: &'static str,
+    },
     /// These settings are to be tried next.
     Next {
         /// Elements along x and y.
@@ -226,6 +237,12 @@ fn figure_heads(study: &Study) -> Vec<TableColumn> {
         Some(Adaptive::Fill(_)) => {
             vec![TableColumn::new("added", ""), TableColumn::new("deviation", "1")]
         }
+        Some(Adaptive::Branch { .. }) => {
+            let of_ends =
+                ["mu_low", "mu_high", "bracket_width"].map(|end| TableColumn::new(end, "1"));
+            let counts = ["jobs", "cones"].map(|count| TableColumn::new(count, ""));
+            of_ends.into_iter().chain(counts).collect()
+        }
         Some(Adaptive::Accuracy(_)) => {
             ["mesh", "tolerance", "estimated error"].map(|name| TableColumn::new(name, "")).to_vec()
         }
@@ -263,6 +280,13 @@ impl Discovery {
             Discovery::Filled { added, deviation, .. } => {
                 vec![Cell::Integer(added as i64), rounded(deviation, 1)]
             }
+            Discovery::Branched { ends, jobs, cones, .. } => {
+                let width = ends.map(|[low, high]| (high - low) / high);
+                let [low, high] = [0, 1].map(|end| ends.map(|ends| ends[end]));
+                let ends = [low, high].map(|end| end.map_or(Cell::Missing, Cell::Number));
+                let counts = [jobs, cones].map(|count| Cell::Integer(count as i64));
+                ends.into_iter().chain([rounded(width, 2)]).chain(counts).collect()
+            }
             Discovery::Next { mesh, tolerance } => vec![mesh_cell(mesh), Cell::Number(tolerance)],
             Discovery::Within { mesh, tolerance, error } => {
                 vec![mesh_cell(mesh), Cell::Number(tolerance), rounded(Some(error), 1)]
@@ -298,7 +322,7 @@ impl Discovery {
             Discovery::Apart { is_above: false, .. } => {
                 "below it at all given values, nearest here"
             }
-            Discovery::Filled { reason, .. } => reason,
+            Discovery::Filled { reason, .. } | Discovery::Branched { reason, .. } => reason,
             Discovery::Next { .. } => "to be tried next",
             Discovery::Within { .. } => "accurate enough",
             Discovery::Beyond { reason, .. } => reason,

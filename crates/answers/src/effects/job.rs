@@ -5,8 +5,9 @@ use std::ops::Add;
 use contact::model::{ChosenMethod, Effect, Method, Numerics, Shape};
 use contact::problem::Effects;
 use contact::punch::Surfaces;
+use contact::uniqueness::branch::Branch;
 use contact::uniqueness::{Question, WitnessSearch};
-use contact::{Forecast, forecast, forecast_bracket};
+use contact::{Forecast, forecast, forecast_bracket, forecast_branch};
 use serde::Serialize;
 use study::{Case, Job};
 
@@ -140,6 +141,7 @@ pub fn effects(case: &Case, surfaces: &Surfaces) -> Result<JobEffects, AnswerErr
 pub fn effects_of_job(job: &Job, surfaces: &Surfaces) -> Option<Result<JobEffects, AnswerError>> {
     match job {
         Job::Uniqueness { question, search } => Some(bracket_effects(question, *search)),
+        Job::Branch { question, branch } => Some(branch_effects(question, branch)),
         Job::Solve(case) | Job::Cost { case, .. } => Some(effects(case, surfaces)),
         Job::Multiplicity { .. } => None,
     }
@@ -164,6 +166,23 @@ fn bracket_effects(question: &Question, search: WitnessSearch) -> Result<JobEffe
     Ok(JobEffects { solver, cost, lines: vec![across] })
 }
 
+/// Lists the effects of a part of the fields of a bracket, which leaves out none.
+fn branch_effects(question: &Question, branch: &Branch) -> Result<JobEffects, AnswerError> {
+    let across = EffectLine {
+        effect: Effect::TractionY,
+        simulated: true,
+        reason: "the search is of tractions in every direction".to_owned(),
+        reasons: 1,
+        with: None,
+    };
+    let reason = "`[branch]` asks for cones, a few to each job";
+    Ok(JobEffects {
+        solver: Some(SolverChoice { method: JobMethod::Cones, reason }),
+        cost: forecast_branch(question, branch)?.into(),
+        lines: vec![across],
+    })
+}
+
 /// Returns the method that shows the lower end of a bracket, and why it is that one.
 fn bracket_method(question: &Question, search: WitnessSearch) -> SolverChoice {
     let (method, reason) = if question.plane {
@@ -173,7 +192,10 @@ fn bracket_method(question: &Question, search: WitnessSearch) -> SolverChoice {
     } else if search.cases {
         (JobMethod::Cases, "`search.cases` asks for them; `search.width` would narrow the bracket")
     } else {
-        (JobMethod::Weights, "`search.cases` would narrow the bracket on up to 16 elements")
+        (
+            JobMethod::Weights,
+            "`[branch]` or `search.cases` would narrow the bracket on up to 16 elements",
+        )
     };
     SolverChoice { method, reason }
 }

@@ -1,11 +1,12 @@
 //! Studies that bracket the end μ* of the uniqueness set of every point.
 
 use contact::model::{SceneError, Status};
+use contact::uniqueness::branch::{self, Branch};
 use contact::uniqueness::lower::{self, VerifyError};
 use contact::uniqueness::witness::Shown;
 use contact::uniqueness::{self, Bracket, BracketError, Question, System, WitnessSearch};
 use contact::uniqueness::{cases, cones, strip};
-use study::record::Bracketed;
+use study::record::{Bracketed, Branched};
 use study::{Ending, Job, Record};
 
 use super::size::RecordSize;
@@ -38,6 +39,16 @@ fn bracketed(question: &Question, search: &WitnessSearch) -> Result<Bracketed, S
     Ok(Bracketed { status, bracket: Some(bracket), shown })
 }
 
+/// Excludes as much of a branch as a job does, and verifies what it says.
+pub(super) fn perform_branch(question: &Question, branch: &Branch) -> PerformResult {
+    let cases = branch::exclude(question, branch)?;
+    let (status, cases) = match branch::verify(&System::new(question)?, branch, &cases) {
+        Ok(()) => (Status::Certified, cases),
+        Err(error) => (Status::Failed { reason: error.to_string() }, Vec::new()),
+    };
+    Ok(Performed::ended(Ending::Branched(Box::new(Branched { status, cases }))))
+}
+
 /// The result of verifying a bracket; reasons are in words.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Proof {
@@ -52,6 +63,18 @@ pub enum Proof {
 /// Proves anew what a record claims to have proved, from what it carries and its job alone; `None`
 /// for a record that claims nothing of the kind.
 pub fn proof(record: &Record) -> Option<Proof> {
+    if let Some(found) = record.branched().filter(|_| record.is_certified()) {
+        let Ok(Job::Branch { question, branch }) = record.parse_job() else {
+            return Some(Proof::Wrong("it excludes nothing that was asked".to_owned()));
+        };
+        return Some(match System::new(&question) {
+            Err(error) => Proof::Wrong(error.to_string()),
+            Ok(system) => match branch::verify(&system, &branch, &found.cases) {
+                Ok(()) => Proof::Holds(None),
+                Err(error) => Proof::Wrong(error.to_string()),
+            },
+        });
+    }
     let bracket = record.bracketed().filter(|_| record.is_certified())?.bracket.as_ref()?;
     let Ok(Job::Uniqueness { question, .. }) = record.parse_job() else {
         return Some(Proof::Wrong("it brackets nothing that was asked".to_owned()));

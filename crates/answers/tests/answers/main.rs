@@ -1,6 +1,7 @@
 //! The answers of studies whose results are in memory.
 
 mod blocks;
+mod branches;
 mod doubts;
 mod figures;
 mod shelf;

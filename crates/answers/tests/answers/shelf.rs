@@ -54,6 +54,7 @@ impl Shelf {
             Ending::Finished(outcome) => outcome.status = status,
             Ending::Searched(found) => found.status = status,
             Ending::Bracketed(found) => found.status = status,
+            Ending::Branched(found) => found.status = status,
             Ending::Quarantined { .. } => panic!("it was set aside"),
         }
     }

@@ -399,6 +399,17 @@ pub(super) fn bound(system: &System) -> Result<CaseBound, LowerError> {
     Ok(CaseBound { mu: root.mu, cases: search.cases })
 }
 
+/// Returns the image of a case that comes first of all, with the images of each element.
+pub(super) fn least_image(states: &[NormalCase], images: &[Vec<usize>]) -> Vec<NormalCase> {
+    let of_image = |image: &Vec<usize>| {
+        let mut moved = states.to_vec();
+        states.iter().zip(image).for_each(|(state, &element)| moved[element] = *state);
+        moved
+    };
+    let least = images.iter().min_by_key(|image| CaseBits::of_image(states, image));
+    least.map_or_else(|| states.to_vec(), of_image)
+}
+
 /// Returns the elements of Ω by their distance from its middle.
 pub(super) fn from_the_middle(system: &System) -> Vec<usize> {
     let grid = system.grid();
@@ -439,7 +450,7 @@ pub fn verify(system: &System, bound: &CaseBound) -> Result<(), CaseError> {
     }
     let symmetries = Symmetries::of(system, |_, _| true);
     let states: Vec<&[NormalCase]> = bound.cases.iter().map(|case| &case.states[..]).collect();
-    if let Some(missing) = left_out(system, symmetries, &states) {
+    if let Some(missing) = left_out(system, symmetries, &states, &[]) {
         return Err(CaseError::Missing { cases: bound.cases.len(), missing });
     }
     let asymmetry = lower::asymmetry_norm(system, symmetries);
@@ -463,18 +474,23 @@ pub fn verify(system: &System, bound: &CaseBound) -> Result<(), CaseError> {
 }
 
 /// Returns a combination of open and closed elements, `o` and `c`, that neither the cases nor their
-/// images cover; `None` if there is none.
+/// images cover; `None` if there is none. Those are looked at that have the states `of`, all of
+/// them without any.
 pub(super) fn left_out(
     system: &System,
     symmetries: Symmetries,
     cases: &[&[NormalCase]],
+    of: &[NormalCase],
 ) -> Option<String> {
     let images = symmetries.images(system);
     let covered: Vec<CaseBits> = cases
         .iter()
         .flat_map(|states| images.iter().map(|image| CaseBits::of_image(states, image)))
         .collect();
-    let missing = cover(&covered, &from_the_middle(system), CaseBits::NONE).err()?;
+    let places: Vec<usize> = (0..of.len()).collect();
+    let mut order = from_the_middle(system);
+    order.retain(|&element| of.get(element).is_none_or(|state| *state == NormalCase::Undecided));
+    let missing = cover(&covered, &order, CaseBits::of_image(of, &places)).err()?;
     let letter = |element: usize| if missing.closed >> element & 1 == 1 { 'c' } else { 'o' };
     Some((0..system.elements()).map(letter).collect())
 }

@@ -5,7 +5,7 @@
 //! [`super::exclusion`] leaves a mixture of fields there, and the next form passes through its mean
 //! and divides it where it is widest. So few cuts are needed as long as mixtures are of few fields.
 
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 
 use faer::Mat;
 
@@ -31,7 +31,17 @@ const MOST_NUMBERS: usize = 220_000;
 /// entry to the power that gives them their units.
 const PENALTIES: [f64; 6] = [1e3, 1e4, 1e5, 1e6, 1e7, 1e8];
 
-struct ConeSearch<'a> {
+/// The order in which the cases are looked at that a case falls into.
+#[derive(Clone, Copy)]
+pub(super) enum CaseOrder {
+    /// All that a case falls into comes before its neighbours.
+    Depth,
+    /// The neighbours come first: what is left open has few elements that are decided.
+    Breadth,
+}
+
+/// The search for cones that exclude the fields of cases.
+pub(super) struct ConeSearch<'a> {
     system: &'a System,
     matrix: Mat<f64>,
     check: ConeCheck,
@@ -42,31 +52,103 @@ struct ConeSearch<'a> {
     /// The elements in the order in which they are decided.
     order: Vec<usize>,
     mu: f64,
+    /// The largest number of cones that are looked at.
+    most: usize,
     tried: usize,
     /// The numbers of all cases so far.
     numbers: usize,
+    /// True if nothing was left open or given up.
+    is_whole: bool,
+    /// True if a cone was given up: then there is nothing to gain from others.
+    is_given_up: bool,
     cases: Vec<ConeCase>,
+}
+
+/// A form in coordinates of a case's fields and of its tangential tractions.
+#[derive(Clone)]
+struct CutForm {
+    coordinates: Vec<f64>,
+    tractions: Vec<f32>,
+}
+
+impl CutForm {
+    fn opposite(&self) -> Self {
+        Self {
+            coordinates: self.coordinates.iter().map(|value| -value).collect(),
+            tractions: self.tractions.iter().map(|value| -value).collect(),
+        }
+    }
 }
 
 /// A cone that is to be looked at.
 struct OpenCone {
-    /// The forms in coordinates of the case's fields.
-    forms: Vec<Vec<f64>>,
+    forms: Vec<CutForm>,
     /// The mixture of fields in it if it is known already.
     mixture: Option<Mat<f64>>,
 }
 
-impl ConeSearch<'_> {
+impl OpenCone {
+    fn coordinates(&self) -> Vec<Vec<f64>> {
+        self.forms.iter().map(|form| form.coordinates.clone()).collect()
+    }
+}
+
+/// The outcome of a look at a cone.
+enum ConeOutcome {
+    Excluded(ConeWeights),
+    /// The mixture of fields that no weights exclude.
+    Mixture(Mat<f64>),
+    GivenUp,
+}
+
+impl<'a> ConeSearch<'a> {
+    /// Makes a search that looks at no more than `most` cones.
+    pub(super) fn new(system: &'a System, mu: f64, most: usize) -> Self {
+        Self {
+            system,
+            matrix: system.matrix(),
+            check: ConeCheck::of_domain(system),
+            images: Symmetries::of(system, |_, _| true).images(system),
+            seen: HashSet::new(),
+            order: from_the_middle(system),
+            mu,
+            most,
+            tried: 0,
+            numbers: 0,
+            is_whole: true,
+            is_given_up: false,
+            cases: Vec::new(),
+        }
+    }
+
+    /// Returns the cases with their cones, some of which may be left open.
+    pub(super) fn into_cases(self) -> Vec<ConeCase> {
+        self.cases
+    }
+
+    /// Says if one more cone may be looked at.
+    fn has_room(&self) -> bool {
+        !self.is_given_up && self.tried < self.most && self.numbers <= MOST_NUMBERS
+    }
+
+    fn leave_open(&mut self) -> ConeNode {
+        self.is_whole = false;
+        ConeNode::Open
+    }
+
+    fn give_up(&mut self) -> ConeNode {
+        (self.is_whole, self.is_given_up) = (false, true);
+        ConeNode::GivenUp
+    }
+
     /// Returns the weights of a certificate if those found exclude the cone.
     fn certified(
         &self,
         states: &[NormalCase],
-        fields: &CaseFields,
-        forms: &[Vec<f64>],
+        forms: &[CutForm],
         found: &CaseWeights,
     ) -> Option<ConeWeights> {
-        let forms: Vec<Vec<f32>> =
-            forms.iter().map(|form| fields.form_of_tractions(form)).collect();
+        let forms: Vec<Vec<f32>> = forms.iter().map(|form| form.tractions.clone()).collect();
         let single = |values: &[f64]| values.iter().map(|value| *value as f32).collect();
         let diagonal = self.system.largest_diagonal();
         let mean = found.beta.iter().sum::<f64>() / found.beta.len() as f64;
@@ -83,88 +165,130 @@ impl ConeSearch<'_> {
         })
     }
 
-    /// Looks for weights that exclude a cone, and returns a mixture of fields if there are none.
-    fn look(
-        &mut self,
-        states: &[NormalCase],
-        fields: &CaseFields,
-        forms: &[Vec<f64>],
-    ) -> Option<Result<ConeWeights, Mat<f64>>> {
+    /// Looks for weights that exclude a cone, or for a mixture of fields if there are none.
+    fn look(&mut self, states: &[NormalCase], fields: &CaseFields, cone: &OpenCone) -> ConeOutcome {
         self.tried += 1;
-        if self.tried > MOST_NODES || self.numbers > MOST_NUMBERS {
-            return None;
-        }
-        match fields.exclude(forms, self.mu)? {
-            ExclusionOutcome::Mixture(mixture) => Some(Err(mixture)),
-            ExclusionOutcome::Excluded(found) => {
+        match fields.exclude(&cone.coordinates(), self.mu) {
+            None => ConeOutcome::GivenUp,
+            Some(ExclusionOutcome::Mixture(mixture)) => ConeOutcome::Mixture(mixture),
+            Some(ExclusionOutcome::Excluded(found)) => {
                 // The numbers are those of the weights and of one form, for there are about as
                 // many cuts as cones.
                 self.numbers += 4 * states.len() + found.products.len() + found.alpha.len() + 8;
-                self.certified(states, fields, forms, &found).map(Ok)
+                let weights = self.certified(states, &cone.forms, &found);
+                weights.map_or(ConeOutcome::GivenUp, ConeOutcome::Excluded)
             }
         }
     }
 
-    /// Excludes a case, or all cases that it falls into. It returns false where too much is tried.
-    fn exclude(&mut self, states: Vec<NormalCase>) -> bool {
-        let image = self.images.iter().map(|image| CaseBits::of_image(&states, image)).min();
-        if image.is_some_and(|bits| !self.seen.insert(bits)) {
-            // It is the image of a case that is excluded, or whose parts are.
-            return true;
-        }
-        let Some(fields) = CaseFields::new(&self.matrix, &states) else { return false };
-        let mixture = match self.look(&states, &fields, &[]) {
-            None => return false,
-            Some(Ok(weights)) => {
-                self.cases.push(ConeCase { states, nodes: vec![ConeNode::Excluded(weights)] });
-                return true;
+    /// Excludes a case, or all cases that it falls into, as far as there is room.
+    pub(super) fn exclude(&mut self, states: Vec<NormalCase>, order: CaseOrder) {
+        let mut waiting = VecDeque::from([states]);
+        let next = |waiting: &mut VecDeque<_>| match order {
+            CaseOrder::Depth => waiting.pop_back(),
+            CaseOrder::Breadth => waiting.pop_front(),
+        };
+        while let Some(states) = next(&mut waiting) {
+            // The image of a case that is excluded, or whose parts are, is passed over.
+            let image = self.images.iter().map(|image| CaseBits::of_image(&states, image)).min();
+            if image.is_none_or(|bits| self.seen.insert(bits)) {
+                waiting.extend(self.exclude_or_split(states));
             }
-            Some(Err(mixture)) => mixture,
-        };
-        let undecided = self.order.iter().copied().find(|&e| states[e] == NormalCase::Undecided);
-        let Some(element) = undecided else {
-            let nodes = self.cut(&states, &fields, mixture);
-            return nodes.map(|nodes| self.cases.push(ConeCase { states, nodes })).is_some();
-        };
-        [NormalCase::Closed, NormalCase::Open].into_iter().all(|state| {
-            let mut states = states.clone();
-            states[element] = state;
-            self.exclude(states)
-        })
+        }
     }
 
-    /// Cuts the fields of a case until all cones are excluded, and returns the tree.
-    fn cut(
-        &mut self,
-        states: &[NormalCase],
-        fields: &CaseFields,
-        mixture: Mat<f64>,
-    ) -> Option<Vec<ConeNode>> {
-        let first = dominant(&mixture);
-        let mut nodes = vec![ConeNode::Cut { form: fields.form_of_tractions(&first) }];
-        let mut open = vec![OpenCone { forms: vec![first], mixture: Some(mixture) }];
-        while let Some(OpenCone { forms, mixture }) = open.pop() {
-            let mixture = match mixture {
+    /// Excludes a case, or returns the cases that it falls into, the one to begin with last.
+    fn exclude_or_split(&mut self, states: Vec<NormalCase>) -> Vec<Vec<NormalCase>> {
+        if !self.has_room() {
+            let nodes = vec![self.leave_open()];
+            self.cases.push(ConeCase { states, nodes });
+            return Vec::new();
+        }
+        let nodes = match CaseFields::new(&self.matrix, &states) {
+            None => vec![self.give_up()],
+            Some(fields) => {
+                let case = OpenCone { forms: Vec::new(), mixture: None };
+                match self.look(&states, &fields, &case) {
+                    ConeOutcome::Excluded(weights) => vec![ConeNode::Excluded(weights)],
+                    ConeOutcome::GivenUp => vec![self.give_up()],
+                    ConeOutcome::Mixture(mixture) => {
+                        let undecided =
+                            self.order.iter().find(|&&e| states[e] == NormalCase::Undecided);
+                        if let Some(&element) = undecided {
+                            let with = |state: NormalCase| {
+                                let mut states = states.clone();
+                                states[element] = state;
+                                states
+                            };
+                            return [NormalCase::Open, NormalCase::Closed].map(with).to_vec();
+                        }
+                        self.cut(&states, &fields, OpenCone { mixture: Some(mixture), ..case })
+                    }
+                }
+            }
+        };
+        self.cases.push(ConeCase { states, nodes });
+        Vec::new()
+    }
+
+    /// Excludes the cone of these forms of the tangential tractions in a decided case, as far as
+    /// there is room.
+    pub(super) fn exclude_cone(&mut self, states: Vec<NormalCase>, forms: &[Vec<f32>]) {
+        let nodes = match CaseFields::new(&self.matrix, &states) {
+            None => vec![self.give_up()],
+            Some(fields) => {
+                let form = |form: &Vec<f32>| CutForm {
+                    coordinates: fields.form_of_coordinates(form),
+                    tractions: form.clone(),
+                };
+                let forms = forms.iter().map(form).collect();
+                self.cut(&states, &fields, OpenCone { forms, mixture: None })
+            }
+        };
+        self.cases.push(ConeCase { states, nodes });
+    }
+
+    /// Cuts a cone until all that it is cut into are excluded, and returns the tree.
+    fn cut(&mut self, states: &[NormalCase], fields: &CaseFields, cone: OpenCone) -> Vec<ConeNode> {
+        let mut nodes = Vec::new();
+        let mut open = vec![cone];
+        while let Some(mut cone) = open.pop() {
+            let mixture = match cone.mixture.take() {
                 Some(mixture) => mixture,
-                None => match self.look(states, fields, &forms)? {
-                    Ok(weights) => {
+                None if !self.has_room() => {
+                    nodes.push(self.leave_open());
+                    continue;
+                }
+                None => match self.look(states, fields, &cone) {
+                    ConeOutcome::Mixture(mixture) if cone.forms.len() < MOST_CUTS => mixture,
+                    ConeOutcome::Excluded(weights) => {
                         nodes.push(ConeNode::Excluded(weights));
                         continue;
                     }
-                    Err(mixture) => mixture,
+                    ConeOutcome::Mixture(_) | ConeOutcome::GivenUp => {
+                        nodes.push(self.give_up());
+                        continue;
+                    }
                 },
             };
-            if forms.len() == MOST_CUTS {
-                return None;
-            }
-            let form = divide(&mixture, &forms);
-            nodes.push(ConeNode::Cut { form: fields.form_of_tractions(&form) });
-            let opposite: Vec<f64> = form.iter().map(|value| -value).collect();
-            for form in [opposite, form] {
-                open.push(OpenCone { forms: [&forms[..], &[form]].concat(), mixture: None });
+            let is_case = cone.forms.is_empty();
+            let coordinates = match is_case {
+                true => dominant(&mixture),
+                false => divide(&mixture, &cone.coordinates()),
+            };
+            let form = CutForm { tractions: fields.form_of_tractions(&coordinates), coordinates };
+            nodes.push(ConeNode::Cut { form: form.tractions.clone() });
+            if is_case {
+                // The mixture in a half of the fields is that of all.
+                open.push(OpenCone { forms: vec![form], mixture: Some(mixture) });
+            } else {
+                for form in [form.opposite(), form] {
+                    let forms = [&cone.forms[..], &[form]].concat();
+                    open.push(OpenCone { forms, mixture: None });
+                }
             }
         }
-        Some(nodes)
+        nodes
     }
 }
 
@@ -212,6 +336,12 @@ fn length(vector: &[f64]) -> f64 {
     dot(vector, vector).sqrt()
 }
 
+/// Returns the μ to be shown for a bracket that ends at `upper` and is to have a relative width. A
+/// little less than the width leaves room for rounding.
+pub(super) fn goal(upper: f64, width: f64) -> f64 {
+    upper * (1.0 - (1.0 - 1e-3) * width)
+}
+
 /// Computes a lower bound of a coupled system of few elements that is by the share `width` below
 /// the upper one, or by twice, four times ... that share if that takes too many cones.
 ///
@@ -224,30 +354,15 @@ pub(super) fn bound(system: &System, upper: f64, width: f64) -> Result<ConeBound
         lower::Lower::Bound(root) => root,
         lower::Lower::Unbounded => return Err(useless),
     };
-    let symmetries = Symmetries::of(system, |_, _| true);
-    let mut search = ConeSearch {
-        system,
-        matrix: system.matrix(),
-        check: ConeCheck::new(system, symmetries),
-        images: symmetries.images(system),
-        seen: HashSet::new(),
-        order: from_the_middle(system),
-        mu: 0.0,
-        tried: 0,
-        numbers: 0,
-        cases: Vec::new(),
-    };
-    // A little less than the width leaves room for rounding.
-    let mut width = (1.0 - 1e-3) * width;
+    let mut width = width;
     loop {
-        let goal = upper * (1.0 - width);
+        let goal = goal(upper, width);
         let is_last = goal <= root.mu;
-        search.mu = if is_last { (1.0 - 1e-4) * root.mu } else { goal };
-        (search.tried, search.numbers) = (0, 0);
-        search.cases.clear();
-        search.seen.clear();
-        if search.exclude(vec![NormalCase::Undecided; elements]) {
-            return Ok(ConeBound { mu: search.mu, cases: search.cases });
+        let mu = if is_last { (1.0 - 1e-4) * root.mu } else { goal };
+        let mut search = ConeSearch::new(system, mu, MOST_NODES);
+        search.exclude(vec![NormalCase::Undecided; elements], CaseOrder::Depth);
+        if search.is_whole {
+            return Ok(ConeBound { mu, cases: search.cases });
         }
         if is_last {
             return Err(useless);

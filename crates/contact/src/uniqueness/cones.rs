@@ -76,6 +76,10 @@ pub enum ConeNode {
     },
     /// The cone is excluded.
     Excluded(ConeWeights),
+    /// The cone was not looked at. It is a [branch](super::branch) of its own.
+    Open,
+    /// The cone was cut as often as it may be, or rounding stopped the search: nothing excludes it.
+    GivenUp,
 }
 
 /// The weights that exclude a cone.
@@ -147,6 +151,14 @@ pub enum ConeError {
         /// The friction coefficient μ.
         mu: f64,
     },
+    /// A cone is neither cut nor excluded.
+    #[error("node {node} of case {case} is neither cut nor excluded")]
+    Open {
+        /// The index of the case.
+        case: usize,
+        /// The index of the node.
+        node: usize,
+    },
 }
 
 /// The largest number of forms of a cone.
@@ -165,7 +177,12 @@ pub(super) struct ConeCheck {
 }
 
 impl ConeCheck {
-    pub(super) fn new(system: &System, symmetries: Symmetries) -> Self {
+    /// Makes a check of cases that stand for their images under all symmetries of Ω.
+    pub(super) fn of_domain(system: &System) -> Self {
+        Self::new(system, Symmetries::of(system, |_, _| true))
+    }
+
+    fn new(system: &System, symmetries: Symmetries) -> Self {
         let matrix = system.matrix();
         let sizes = (0..matrix.nrows())
             .map(|i| (0..matrix.nrows()).map(|j| matrix[(i, j)].abs()).sum::<f64>());
@@ -270,73 +287,135 @@ fn inverse_root(value: f64) -> f64 {
 /// A [`ConeError`] says that numbers have no meaning, that cases are missing, that cones are no
 /// tree, or that one is not excluded.
 pub fn verify(system: &System, bound: &ConeBound) -> Result<(), ConeError> {
-    if !(SIZES[0]..=SIZES[1]).contains(&bound.mu) {
-        return Err(ConeError::Mu { mu: bound.mu });
+    check_whole(system, bound, Some(&ConeCheck::of_domain(system)))
+}
+
+/// Shows that cases and cones leave no field out, and takes it that weights exclude their cones.
+///
+/// # Errors
+/// A [`ConeError`] says that numbers have no meaning, that cases are missing, or that cones are no
+/// tree or left open.
+pub(super) fn complete(system: &System, bound: &ConeBound) -> Result<(), ConeError> {
+    check_whole(system, bound, None)
+}
+
+/// Checks that cases and cones leave no field out, and with a check of weights that all are
+/// excluded.
+fn check_whole(
+    system: &System,
+    bound: &ConeBound,
+    check: Option<&ConeCheck>,
+) -> Result<(), ConeError> {
+    let states: Vec<&[NormalCase]> = bound.cases.iter().map(|case| &case.states[..]).collect();
+    check_states(system, bound.mu, &states)?;
+    let symmetries = Symmetries::of(system, |_, _| true);
+    if let Some(missing) = cases::left_out(system, symmetries, &states, &[]) {
+        return Err(ConeError::Missing { cases: bound.cases.len(), missing });
+    }
+    let rules = TreeRules { check, mu: bound.mu, first: &[], allows_open: false };
+    bound.cases.iter().enumerate().try_for_each(|(index, case)| rules.check_case(index, case))
+}
+
+/// Checks the size of μ, the number of elements, and that each case has a state for each.
+pub(super) fn check_states(
+    system: &System,
+    mu: f64,
+    cases: &[&[NormalCase]],
+) -> Result<(), ConeError> {
+    if !is_size(mu) {
+        return Err(ConeError::Mu { mu });
     }
     let elements = system.elements();
     if elements > MOST_CASE_ELEMENTS {
         return Err(ConeError::Elements { elements });
     }
-    for (index, case) in bound.cases.iter().enumerate() {
-        if case.states.len() != elements {
-            let reason = format!("{} states for {elements} elements", case.states.len());
+    for (index, states) in cases.iter().enumerate() {
+        if states.len() != elements {
+            let reason = format!("{} states for {elements} elements", states.len());
             return Err(ConeError::Numbers { case: index, reason });
         }
     }
-    let symmetries = Symmetries::of(system, |_, _| true);
-    let states: Vec<&[NormalCase]> = bound.cases.iter().map(|case| &case.states[..]).collect();
-    if let Some(missing) = cases::left_out(system, symmetries, &states) {
-        return Err(ConeError::Missing { cases: bound.cases.len(), missing });
-    }
-    let check = ConeCheck::new(system, symmetries);
-    bound
-        .cases
-        .iter()
-        .enumerate()
-        .try_for_each(|(index, case)| verify_case(&check, index, case, bound.mu))
+    Ok(())
 }
 
-/// Shows that the cones of a case leave out none of its fields, and that all are excluded.
-fn verify_case(check: &ConeCheck, index: usize, case: &ConeCase, mu: f64) -> Result<(), ConeError> {
-    let tree = |reason: String| ConeError::Tree { case: index, reason };
-    let numbers = |reason: String| ConeError::Numbers { case: index, reason };
-    let mut cones = vec![Vec::<Vec<f32>>::new()];
-    let mut nodes = case.nodes.iter().enumerate();
-    while let Some(forms) = cones.pop() {
-        let Some((node, content)) = nodes.next() else {
-            return Err(tree(format!("the tree ends before {} of its cones", cones.len() + 1)));
-        };
-        match content {
-            ConeNode::Cut { form } => {
-                if forms.len() == MOST_FORMS {
-                    return Err(tree(format!("node {node} cuts more than {MOST_FORMS} times")));
+/// Says if μ has a size that a certificate may have.
+pub(super) fn is_size(mu: f64) -> bool {
+    (SIZES[0]..=SIZES[1]).contains(&mu)
+}
+
+/// The rules that the cones of a case must keep.
+pub(super) struct TreeRules<'a> {
+    /// The check that weights exclude their cones; without it that is taken for shown.
+    pub(super) check: Option<&'a ConeCheck>,
+    /// The friction coefficient μ.
+    pub(super) mu: f64,
+    /// The forms of the cone that is cut, the case itself without any.
+    pub(super) first: &'a [Vec<f32>],
+    /// True if cones may be left open or given up.
+    pub(super) allows_open: bool,
+}
+
+impl TreeRules<'_> {
+    /// Shows that the cones of a case leave out none of its fields, and that all are excluded.
+    pub(super) fn check_case(&self, index: usize, case: &ConeCase) -> Result<(), ConeError> {
+        let tree = |reason: String| ConeError::Tree { case: index, reason };
+        let numbers = |reason: String| ConeError::Numbers { case: index, reason };
+        let mut cones = vec![self.first.to_vec()];
+        let mut nodes = case.nodes.iter().enumerate();
+        while let Some(forms) = cones.pop() {
+            let Some((node, content)) = nodes.next() else {
+                return Err(tree(format!("the tree ends before {} of its cones", cones.len() + 1)));
+            };
+            match content {
+                ConeNode::Cut { form } => {
+                    if forms.len() == MOST_FORMS {
+                        return Err(tree(format!("node {node} cuts more than {MOST_FORMS} times")));
+                    }
+                    check_form(form, case.states.len())
+                        .map_err(|reason| numbers(format!("the form of node {node} {reason}")))?;
+                    cones.extend(cut(&forms, form));
                 }
-                if form.len() != 2 * case.states.len() {
-                    let reason = format!("the form of node {node} has {} numbers", form.len());
-                    return Err(numbers(reason));
+                ConeNode::Excluded(weights) => {
+                    check_numbers(&case.states, forms.len(), weights)
+                        .map_err(|reason| numbers(format!("node {node}: {reason}")))?;
+                    let is_excluded = |check: &ConeCheck| {
+                        check.is_excluded(&case.states, &forms, weights, self.mu)
+                    };
+                    if !self.check.is_none_or(is_excluded) {
+                        return Err(ConeError::NotExcluded { case: index, node, mu: self.mu });
+                    }
                 }
-                if !form.iter().all(|value| value.is_finite()) {
-                    let reason = format!("the form of node {node} has a number that is not finite");
-                    return Err(numbers(reason));
-                }
-                let with = |form: Vec<f32>| [&forms[..], &[form]].concat();
-                if !forms.is_empty() {
-                    cones.push(with(form.iter().map(|value| -value).collect()));
-                }
-                cones.push(with(form.clone()));
-            }
-            ConeNode::Excluded(weights) => {
-                check_numbers(&case.states, forms.len(), weights)
-                    .map_err(|reason| numbers(format!("node {node}: {reason}")))?;
-                if !check.is_excluded(&case.states, &forms, weights, mu) {
-                    return Err(ConeError::NotExcluded { case: index, node, mu });
+                ConeNode::Open | ConeNode::GivenUp => {
+                    if !self.allows_open {
+                        return Err(ConeError::Open { case: index, node });
+                    }
                 }
             }
         }
+        match nodes.next() {
+            Some((node, _)) => Err(tree(format!("node {node} and what follows is in no cone"))),
+            None => Ok(()),
+        }
     }
-    match nodes.next() {
-        Some((node, _)) => Err(tree(format!("node {node} and what follows is in no cone"))),
-        None => Ok(()),
+}
+
+/// Returns the forms of the cones into which a form cuts one, the last one first. A case is cut
+/// into one, as −x needs the same friction as x.
+pub(super) fn cut(forms: &[Vec<f32>], form: &[f32]) -> Vec<Vec<Vec<f32>>> {
+    let with = |form: Vec<f32>| [forms, &[form]].concat();
+    let opposite = || form.iter().map(|value| -value).collect();
+    let second = (!forms.is_empty()).then(|| with(opposite()));
+    second.into_iter().chain([with(form.to_vec())]).collect()
+}
+
+/// Checks that a form has a finite number for each tangential traction.
+pub(super) fn check_form(form: &[f32], elements: usize) -> Result<(), String> {
+    if form.len() != 2 * elements {
+        return Err(format!("has {} numbers", form.len()));
+    }
+    match form.iter().all(|value| value.is_finite()) {
+        true => Ok(()),
+        false => Err("has a number that is not finite".to_owned()),
     }
 }
 

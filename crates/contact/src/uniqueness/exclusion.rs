@@ -90,6 +90,17 @@ impl CaseFields {
             .collect()
     }
 
+    /// Returns the form f with f·z = l·x_t for all fields of the case, in which no element is
+    /// undecided: the opposite of [`form_of_tractions`](Self::form_of_tractions).
+    pub(super) fn form_of_coordinates(&self, form: &[f32]) -> Vec<f64> {
+        let k = self.states.len();
+        let sum = |column: usize| {
+            let terms = form.iter().enumerate();
+            terms.map(|(row, l)| self.traction[(k + row, column)] * f64::from(*l)).sum()
+        };
+        (0..self.dimension()).map(sum).collect()
+    }
+
     /// Looks for weights that exclude the fields in the cone of `forms` for `mu`. Forms have the
     /// length 1 in coordinates. It is `None` where rounding stops the search.
     pub(super) fn exclude(&self, forms: &[Vec<f64>], mu: f64) -> Option<ExclusionOutcome> {

@@ -55,9 +55,10 @@ mod paths;
 mod peers;
 /// Two other programs have the same states and paths of contacts that roll.
 mod rolling;
+/// Lower ends by cones come as near to witnesses as is asked for, and wrong ones are refused.
+mod uniqueness_branches;
 /// Lower ends by cases come nearer to witnesses, and wrong ones are refused.
 mod uniqueness_cases;
-/// Lower ends by cones come as near to witnesses as is asked for, and wrong ones are refused.
 mod uniqueness_cones;
 /// Lower ends of the bracket of μ* meet a prototype, and their proofs stand.
 mod uniqueness_lower;

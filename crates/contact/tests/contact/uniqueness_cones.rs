@@ -56,7 +56,7 @@ fn leaf(bound: &mut ConeBound) -> &mut ConeWeights {
     let nodes = cut_case(bound);
     let leaf = nodes.iter_mut().find_map(|node| match node {
         ConeNode::Excluded(weights) => Some(weights),
-        ConeNode::Cut { .. } => None,
+        _ => None,
     });
     leaf.expect("a cone that is excluded")
 }
@@ -83,6 +83,7 @@ fn a_wrong_bound_is_refused_in_each_of_its_parts() {
             ConeError::Mu { .. } => "mu",
             ConeError::NotExcluded { .. } => "not excluded",
             ConeError::Elements { .. } => "elements",
+            ConeError::Open { .. } => "open",
         }
     };
     // No weights exclude the field of the witness for its own μ.
@@ -116,7 +117,7 @@ fn a_wrong_bound_is_refused_in_each_of_its_parts() {
     let form = |change: fn(&mut Vec<f32>)| {
         move |bound: &mut ConeBound| match &mut cut_case(bound)[1] {
             ConeNode::Cut { form } => change(form),
-            ConeNode::Excluded(_) => panic!("no cut"),
+            _ => panic!("no cut"),
         }
     };
     // The weights fit the forms that they were made for.

@@ -11,9 +11,10 @@ impl Adaptive {
         let (column, axes) = match self {
             Adaptive::Find(RootSearch { column, axis, .. }) => (column, std::slice::from_ref(axis)),
             Adaptive::Fill(Filling { column, axes, .. }) => (column, &axes[..]),
-            Adaptive::Accuracy(_) | Adaptive::Refine { .. } | Adaptive::Bisect { .. } => {
-                return None;
-            }
+            Adaptive::Accuracy(_)
+            | Adaptive::Refine { .. }
+            | Adaptive::Bisect { .. }
+            | Adaptive::Branch { .. } => return None,
         };
         let name = |axis: &usize| {
             let axis = groups.iter().flat_map(Group::axes).nth(*axis);

@@ -35,6 +35,13 @@ pub enum Adaptive {
     Find(RootSearch),
     /// Points are added where a curve or a map of a result bends most.
     Fill(Filling),
+    /// The bracket of a uniqueness set is narrowed by jobs that exclude parts of its fields.
+    Branch {
+        /// The length of a bracket, relative to its upper end, that is small enough.
+        to: f64,
+        /// The number of cones of one length at one point after which no further jobs are made.
+        at_most: usize,
+    },
 }
 
 /// The search for every place along an axis at which a result takes a value.
@@ -72,7 +79,7 @@ impl Adaptive {
     /// Returns the indices of the axes along which it adds points.
     pub fn axes(&self) -> &[usize] {
         match self {
-            Adaptive::Accuracy(_) | Adaptive::Refine { .. } => &[],
+            Adaptive::Accuracy(_) | Adaptive::Refine { .. } | Adaptive::Branch { .. } => &[],
             Adaptive::Bisect { axis, .. } => std::slice::from_ref(axis),
             Adaptive::Find(RootSearch { axis, .. }) => std::slice::from_ref(axis),
             Adaptive::Fill(Filling { axes, .. }) => axes,

@@ -4,12 +4,13 @@ use std::borrow::Cow;
 
 use contact::assess::Errors;
 use contact::model::{Observables, Outcome, StepOutcome};
+use contact::uniqueness::branch::Branch;
 
 use crate::account::RunAccount;
-use crate::job::Case;
+use crate::job::{Case, Job};
 use crate::key::Key;
 use crate::point::StudyPoint;
-use crate::record::Record;
+use crate::record::{Branched, Record};
 use crate::settings;
 use crate::units::Dimension;
 use crate::value::{Value, ValueType};
@@ -118,6 +119,7 @@ pub(crate) enum ColumnSource {
     Solved(fn(&Case, &Outcome) -> Value),
     End(fn(&StepOutcome) -> Value),
     Observed(fn(&Observables) -> Value),
+    Branch(fn(&Branch, &Branched) -> Value),
     Compared(fn(&Compared) -> Value),
     Account(fn(&RunAccount) -> Value),
 }
@@ -165,6 +167,10 @@ impl Column {
                     _ => Value::Missing,
                 }
             }
+            ColumnSource::Branch(read) => match (&point.job, record.and_then(Record::branched)) {
+                (Job::Branch { branch, .. }, Some(found)) => read(branch, found),
+                _ => Value::Missing,
+            },
             ColumnSource::End(read) => end().map_or(Value::Missing, read),
             ColumnSource::Observed(read) => {
                 end().map_or(Value::Missing, |end| read(&end.observables))

@@ -1,6 +1,8 @@
 //! Studies that bracket the end μ* of the uniqueness set of every point.
 
 use contact::model::{Base, Material, SceneError, Shape};
+use contact::uniqueness::branch;
+use contact::uniqueness::cones::ConeNode;
 use contact::uniqueness::strip::letters;
 use contact::uniqueness::{Bracket, Question, Sole, WitnessSearch};
 use contact::{Forecast, forecast_bracket};
@@ -16,7 +18,7 @@ use crate::error::Mistake;
 use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::Key;
-use crate::record::Bracketed;
+use crate::record::{Bracketed, Branched};
 use crate::value::Value;
 
 /// The description of the kind.
@@ -209,6 +211,21 @@ pub(crate) const BRACKET: &[Column] = result_columns! {
         Some(Bracket::Strip { lower, .. }) => Value::Text(letters(&lower.critical)),
         _ => Value::Missing,
     });
+    Observable "excluded_mu" Pure
+        "friction for which a part of the fields is excluded, but for what is left open; of the \
+         jobs of `[branch]`"
+        ColumnSource::Branch(|branch, _| Value::Number(branch.mu));
+    Observable "excluded_case" Text
+        "case of each element in that part: u undecided, o open, c closed"
+        ColumnSource::Branch(|branch, _| Value::Text(branch::letters(&branch.states)));
+    Observable "excluded_forms" Pure "number of forms that cut that part out of its case"
+        ColumnSource::Branch(|branch, _| Value::Integer(branch.forms.len() as u64));
+    Observable "excluded_cones" Pure "cones of that part that its job excluded"
+        ColumnSource::Branch(|_, found| {
+            count(found, |node| matches!(node, ConeNode::Excluded(_)))
+        });
+    Observable "open_cones" Pure "cones of that part that its job left to others"
+        ColumnSource::Branch(|_, found| count(found, |node| *node == ConeNode::Open));
     Certificate "witness_residual" Pure "|B(I - EA)x - x| / |x| of the witness above"
         bracketed!(|found| {
             found.shown.map_or(Value::Missing, |shown| Value::Number(shown.residual))
@@ -222,6 +239,12 @@ pub(crate) const BRACKET: &[Column] = result_columns! {
                 .map_or(Value::Missing, Value::Number)
         });
 };
+
+/// Counts nodes of the cones of a branch.
+fn count(found: &Branched, is_counted: impl Fn(&ConeNode) -> bool) -> Value {
+    let nodes = found.cases.iter().flat_map(|case| &case.nodes);
+    Value::Integer(nodes.filter(|node| is_counted(node)).count() as u64)
+}
 
 /// Returns a figure of both ends of a bracket.
 fn ends(found: &Bracketed, read: fn([f64; 2]) -> f64) -> Value {

@@ -129,6 +129,53 @@ fn cases_are_of_few_elements_and_part_of_what_is_asked() {
 }
 
 #[test]
+fn branches_are_of_brackets_of_few_elements_that_nothing_else_narrows() {
+    let branch = format!("{UNIQUENESS}[sweep]\n\"punch.radius\" = [1, 2]\n[branch]\n");
+    let study = read(&format!("{branch}to = \"1%\"\n"));
+    assert_eq!(study.adaptive(), Some(&Adaptive::Branch { to: 0.01, at_most: 20_000 }));
+    // A figure of columns would have what weights alone show.
+    assert!(study.figures().is_empty() && study.suggestions().is_empty());
+    assert!(!study.is_sequence(0));
+    // The bracket is the one of a study without branches.
+    let plain = read(UNIQUENESS).point(0).unwrap().job;
+    assert_eq!(read(&format!("{UNIQUENESS}[branch]\nto = 0.5\n")).point(0).unwrap().job, plain);
+    let few = read(&format!("{branch}to = 0.001\nat_most = 7\n"));
+    assert_eq!(few.adaptive(), Some(&Adaptive::Branch { to: 0.001, at_most: 7 }));
+    let to = "to = \"1%\"\n";
+    let with = |of_search: &str| {
+        format!("{branch}{to}").replace("seed = 3", &format!("seed = 3\n{of_search}"))
+    };
+    let strip = STRIP.replace("plane = true", "starts = 3");
+    for (text, said) in [
+        (branch.clone(), "`branch.to` is missing"),
+        (format!("{branch}to = \"90%\"\n"), "must be from 0.001 to 0.5"),
+        (format!("{branch}to = 2\n"), "must be a part like"),
+        (format!("{branch}to = 0.0001\n"), "must be from 0.001 to 0.5"),
+        (format!("{branch}{to}at_most = 0\n"), "must be from 1 to 50000 cones"),
+        (format!("{branch}{to}at_most = 50001\n"), "must be from 1 to 50000 cones"),
+        (format!("{branch}{to}at_most = 2.5\n"), "must be a whole number of cones"),
+        (format!("{branch}{to}most = 7\n"), "at_most"),
+        (with("cases = true"), "no `cases`: `[branch]` goes through the cases"),
+        (with("cases = false"), "no `cases`"),
+        (with("width = 0.1"), "no `width`: `branch.to` says"),
+        (with("plane = true"), "no `plane`: in a plane the end is exact"),
+        (
+            format!("{branch}{to}").replace("[sweep]\n", "[sweep]\nsearch.cases = [true, false]\n"),
+            "no `cases`",
+        ),
+        (format!("{branch}{to}").replace("mesh = 4", "mesh = 5"), "cases are of at most 16"),
+        (
+            format!("{branch}{to}").replace("[sweep]\n", "[sweep]\nmesh = [2, 5]\n"),
+            "cases are of at most 16",
+        ),
+        (format!("{strip}[branch]\n{to}[refine]\non = \"mu_low\"\nuntil = 0.1\n"), "in one way"),
+    ] {
+        let error = Study::parse(&text, "x.toml", &mut |_| Err(String::new())).unwrap_err();
+        assert!(error.to_string().contains(said), "{said}: {error}");
+    }
+}
+
+#[test]
 fn a_width_is_of_cases_and_part_of_what_is_asked() {
     let cases = UNIQUENESS.replace("seed = 3", "seed = 3\ncases = true");
     let wide = cases.replace("cases = true", "cases = true\nwidth = 0.02");

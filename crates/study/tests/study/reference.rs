@@ -231,6 +231,7 @@ fn with_table(path: &str, name: &str, lines: &[String]) -> String {
             let method = if joined.contains("morris") { "random" } else { "sobol" };
             format!("{scene}{}[{path}]\n{joined}\n", drawn.replace("sobol", method))
         }
+        "branch" => format!("{scene}[branch]\n{joined}\n"),
         "sample" => format!("{scene}[sample]\n{joined}\n"),
         "points" | "accuracy" => format!("{scene}[{path}]\n{joined}\n"),
         "exclude" | "keep" | "figure" => format!("{scene}{axis}[[{path}]]\n{joined}\n"),

@@ -273,6 +273,7 @@ const CASES: &[(&str, &str, &str)] = &[
         "mesh = 16\n\n[sweep]",
         "\n[accuracy]\nis = 0.01\n[fill]\ncolumn = \"load\"\naxis = \"mu\"\nto = \"1%\"\n[sweep]",
     ),
+    ("branch of a scene that is solved", "[sweep]", "[branch]\nto = \"1%\"\n[sweep]"),
     ("accuracy beside a mesh", "question =", "accuracy = \"0.1%\"\nquestion ="),
     (
         "accuracy beside an axis of meshes",

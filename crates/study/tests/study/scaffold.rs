@@ -140,6 +140,10 @@ impl Scaffold {
         let mut scaffold = Scaffold::sphere();
         match (table, name) {
             ("accuracy", _) | ("", "accuracy") => scaffold.take("numerics.mesh"),
+            ("branch", _) => {
+                scaffold = Scaffold::of_kind("uniqueness");
+                scaffold.put("numerics.mesh", "3");
+            }
             ("refine", _) => scaffold.put("numerics.mesh", "1"),
             ("derive", _) => scaffold.put("scene.loading.steps[0].shift_x", "0"),
             ("convergence" | "cost" | "sensitivity", _) => {
