@@ -47,6 +47,7 @@ mod shard_states;
 mod slurm;
 mod solving;
 mod stored;
+mod stored_results;
 mod study_file;
 mod study_table;
 mod submission;

@@ -4,14 +4,17 @@
 //! program are those with which it was made. It has the columns that follow from a point and its
 //! record alone; those of the accounts of runs are read of these.
 
+mod part;
+mod proof;
+
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::io;
 use std::path::Path;
 
 use answers::{
-    Accounts, Progress, ROWS_OF_A_BLOCK, RecordsError, RowKeeper, TabledColumn, TabledRows,
-    cells_of_account, tabled_columns,
+    Accounts, AnswerError, Progress, ROWS_OF_A_BLOCK, RecordsError, RowKeeper, SurveyNotes,
+    TabledColumn, TabledRows, cells_of_account, survey, tabled_columns,
 };
 use anyhow::{Context, Result};
 use identity::JobKey;
@@ -24,10 +27,13 @@ use study::job::PHYSICS_VERSION;
 use study::{Column, Standing, Study};
 
 use crate::machine::build_words;
-use crate::stored::account;
+use crate::stored::{StoreSource, account};
+
+pub(crate) use part::TablePart;
+pub(crate) use proof::TableProof;
 
 /// The version of the form of the tables.
-const FORM: u32 = 1;
+const FORM: u32 = 2;
 
 /// The number of rows that are counted at once.
 const ROWS_AT_ONCE: usize = 65_536;
@@ -43,6 +49,8 @@ struct TableCaption {
     usual: Option<Vec<String>>,
     /// The digests of the accounts of the runs that computed the results.
     runs: Vec<[u8; 32]>,
+    /// The knowledge of the results beside the rows, if the points are compared with nothing.
+    notes: Option<SurveyNotes>,
 }
 
 /// The type that the cells of a column have had so far.
@@ -95,6 +103,7 @@ pub(crate) struct StudyTable {
     run: usize,
     usual: Option<Vec<String>>,
     runs: Vec<[u8; 32]>,
+    notes: Option<SurveyNotes>,
     blobs: Blobs,
 }
 
@@ -111,7 +120,7 @@ impl StudyTable {
         let table = glance.table(name, &meaning(definition))?;
         let decoded =
             bincode::serde::decode_from_slice(table.caption(), bincode::config::standard());
-        let (TableCaption { columns, usual, runs }, _) = decoded.ok()?;
+        let (TableCaption { columns, usual, runs, notes }, _) = decoded.ok()?;
         let bytes = glance.blobs().get(definition).ok()??;
         // Every point was assembled when the table was made.
         let study = Study::from_sound_definition(&bytes).ok()?;
@@ -126,7 +135,7 @@ impl StudyTable {
         let columns: Vec<TabledColumn> = columns.into_iter().map(column).collect();
         let run = columns.iter().position(|column| column.name == "run")?;
         let (of_runs, blobs) = (Vec::new(), glance.blobs().clone());
-        let mut table = StudyTable { table, columns, of_runs, run, usual, runs, blobs };
+        let mut table = StudyTable { table, columns, of_runs, run, usual, runs, notes, blobs };
         table.add_accounts(&study);
         Some((table, study))
     }
@@ -172,7 +181,14 @@ impl StudyTable {
 
     /// Returns the usual columns of the study, if they are known.
     pub(crate) fn usual_columns(&self) -> Option<&[String]> {
-        self.usual.as_deref()
+        let noted = self.notes.as_ref().map(|notes| notes.usual_columns(false));
+        self.usual.as_deref().or(noted)
+    }
+
+    /// Returns what was noted of the results beside the rows, if the points of the study are
+    /// compared with nothing.
+    pub(crate) fn notes(&self) -> Option<&SurveyNotes> {
+        self.notes.as_ref()
     }
 
     /// Counts the points by how their jobs have ended; `None` if the table is damaged.
@@ -295,11 +311,26 @@ impl<'r> TableKeeper<'r> {
         self.usual.replace(Some(names));
     }
 
-    fn finish(&self, draft: TableDraft, accounts: &Accounts) -> Result<()> {
+    /// Makes the table of a study whose points are compared with nothing, block by block, and
+    /// returns what is noted of its results, whether the table can be kept or not.
+    ///
+    /// # Errors
+    /// A record cannot be read.
+    pub(crate) fn make(reader: &'r StoreReader, study: &Study) -> Result<SurveyNotes, AnswerError> {
+        survey(study, &StoreSource::Reader(reader), Some(&TableKeeper::of(reader, study)))
+    }
+
+    fn finish(
+        &self,
+        draft: TableDraft,
+        accounts: &Accounts,
+        notes: Option<&SurveyNotes>,
+    ) -> Result<()> {
         let TableDraft { builder, columns, has_gaps, .. } = draft;
         let runs = accounts.listed().into_iter().map(|(run, _)| *run);
         let usual = self.usual.borrow().clone();
-        let caption = TableCaption { columns, usual, runs: runs.collect() };
+        let (runs, notes) = (runs.collect(), notes.cloned());
+        let caption = TableCaption { columns, usual, runs, notes };
         let caption = bincode::serde::encode_to_vec(caption, bincode::config::standard())?;
         Ok(builder.finish(&self.name, &self.meaning, caption, !has_gaps && !self.is_chosen)?)
     }
@@ -346,86 +377,10 @@ impl RowKeeper for TableKeeper<'_> {
         }
     }
 
-    fn end(&self, accounts: &Accounts) {
+    fn end(&self, accounts: &Accounts, notes: Option<&SurveyNotes>) {
         if let Some(draft) = self.draft.take() {
-            let _ = self.finish(draft, accounts);
+            let _ = self.finish(draft, accounts, notes);
         }
-    }
-}
-
-/// The comparison of a table with the rows that are made of the records anew.
-pub(crate) struct TableProof<'t> {
-    table: &'t StudyTable,
-    seen: RefCell<SeenRows>,
-}
-
-/// The rows that were compared so far.
-#[derive(Default)]
-struct SeenRows {
-    rows: usize,
-    columns: Vec<CellsSoFar>,
-    differ: bool,
-    is_ended: bool,
-}
-
-impl<'t> TableProof<'t> {
-    /// Begins to compare a table.
-    pub(crate) fn of(table: &'t StudyTable) -> Self {
-        TableProof { table, seen: RefCell::default() }
-    }
-
-    /// Returns whether all rows were seen, and the table has these and no others.
-    pub(crate) fn holds(&self) -> bool {
-        let seen = self.seen.borrow();
-        seen.is_ended && !seen.differ
-    }
-
-    /// Returns whether the table has some rows, of which the first has the number `start`.
-    fn has(&self, start: usize, keys: &[JobKey], rows: &[Vec<Cell>]) -> io::Result<bool> {
-        let table = &self.table.table;
-        for column in 0..table.column_count() {
-            let packed = packed_cells(rows.iter().map(|row| &row[column]));
-            if packed != Some(table.piece(column, start / KeptTable::BLOCK)?) {
-                return Ok(false);
-            }
-        }
-        for (row, key) in (start..).zip(keys) {
-            if !table.rows_of(key)?.contains(&row) {
-                return Ok(false);
-            }
-        }
-        Ok(true)
-    }
-}
-
-impl RowKeeper for TableProof<'_> {
-    fn begin(&self, columns: &[Column]) {
-        let columns = vec![CellsSoFar::Missing; columns.len()];
-        self.seen.replace(SeenRows { columns, ..SeenRows::default() });
-    }
-
-    fn is_keeping(&self) -> bool {
-        !self.seen.borrow().differ
-    }
-
-    fn keep(&self, keys: &[JobKey], rows: &[Vec<Cell>]) {
-        let mut seen = self.seen.borrow_mut();
-        seen.differ |= !self.has(seen.rows, keys, rows).unwrap_or(false);
-        seen.rows += rows.len();
-        for row in rows {
-            seen.columns.iter_mut().zip(row).for_each(|(cells, cell)| *cells = cells.with(cell));
-        }
-    }
-
-    fn end(&self, accounts: &Accounts) {
-        let mut seen = self.seen.borrow_mut();
-        let of_table = self.table.columns.iter().take(seen.columns.len());
-        let types = of_table.map(|column| column.cells);
-        let runs = accounts.listed().into_iter().map(|(run, _)| run);
-        seen.differ |= seen.rows != self.table.row_count()
-            || !seen.columns.iter().map(|cells| cells.all()).eq(types)
-            || !runs.eq(&self.table.runs);
-        seen.is_ended = true;
     }
 }
 

@@ -6,7 +6,7 @@ mod gc;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use answers::{AnswerError, Proof, Results, RowSource, Selection, bracket_ends, proof};
+use answers::{AnswerError, Proof, Results, RowSource, Selection, bracket_ends, proof, survey};
 use anyhow::{Context, Result, anyhow};
 use contact::uniqueness::Question;
 use contact::uniqueness::monotony::{Contradiction, contradictions};
@@ -226,6 +226,10 @@ fn has_rows_of(table: &StudyTable, study: Study, source: &StoreSource<'_>) -> Re
         let Some(usual) = table.usual_columns() else { return Ok(true) };
         Ok(results.usual_columns(false)? == usual)
     };
+    if study.has_independent_points() {
+        survey(&study, source, Some(&proof))?;
+        return Ok(proof.holds());
+    }
     if study.adaptive().is_some() || table.usual_columns().is_some() {
         let results = Results::read(study, source)?;
         results.keep_rows(&proof);

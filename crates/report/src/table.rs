@@ -10,6 +10,7 @@ mod json;
 mod packed;
 mod parquet;
 mod rows;
+mod setting;
 mod terminal;
 
 pub use cell::Cell;
@@ -17,4 +18,4 @@ pub use error::TableError;
 pub use packed::{packed_cells, unpacked_cells};
 pub use parquet::{CellType, ParquetFault, ParquetFile, TypedColumn, WiderCell};
 pub use rows::{DataTable, TableColumn};
-pub use terminal::TerminalLayout;
+pub use terminal::{TerminalLayout, set_in_blocks};

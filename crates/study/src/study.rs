@@ -407,10 +407,13 @@ impl Study {
     /// Returns whether each point depends on nothing but the axes: no result is compared with
     /// another, and none says which points there are.
     pub fn is_plain(&self) -> bool {
-        self.kind == Kind::Solve
-            && self.adaptive.is_none()
-            && self.exclusion.is_none()
-            && self.sample().is_none()
+        self.has_independent_points() && self.exclusion.is_none()
+    }
+
+    /// Returns whether no result is compared with another, and none says which points there are.
+    /// Conditions may leave points out.
+    pub fn has_independent_points(&self) -> bool {
+        self.kind == Kind::Solve && self.adaptive.is_none() && self.sample().is_none()
     }
 
     /// Returns the largest number of points that the study may have in one run.
