@@ -485,6 +485,14 @@ impl<'r> Results<'r> {
         let table = if figure.steps {
             self.increments()?.filter(IS_CERTIFIED)?
         } else {
+            if let HeldResults::Survey(_) = &self.held {
+                // Of these rows only some columns are made, and all are told from.
+                let all = DataTable::new(heads(&self.study.columns()), Vec::new())?;
+                let apart = series.iter().chain(panels).chain(names);
+                for name in [x].into_iter().chain(drawn()).chain(apart).filter(|n| !n.is_empty()) {
+                    all.column(name).map_err(TableError::from)?;
+                }
+            }
             let columns = [x].into_iter().chain(series).chain(panels).chain(names);
             let columns = columns.chain(drawn()).map(String::as_str).chain(["status"]);
             self.table(&columns.chain(filter).collect::<Vec<_>>())?
