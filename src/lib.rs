@@ -53,6 +53,8 @@ mod study_table;
 mod submission;
 mod summary;
 mod table_file;
+mod table_part;
+mod table_proof;
 mod threads;
 mod time_budget;
 mod time_left;

@@ -4,13 +4,11 @@
 //! program are those with which it was made. It has the columns that follow from a point and its
 //! record alone; those of the accounts of runs are read of these.
 
-mod part;
-mod proof;
-
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::io;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use answers::{
     Accounts, AnswerError, Progress, ROWS_OF_A_BLOCK, RecordsError, RowKeeper, SurveyNotes,
@@ -19,7 +17,7 @@ use answers::{
 use anyhow::{Context, Result};
 use identity::JobKey;
 use rayon::prelude::*;
-use report::{Cell, CellType, packed_cells, unpacked_cells};
+use report::{Cell, CellType, packed_cells, picked_cells};
 use serde::{Deserialize, Serialize};
 use store::{Blobs, Digest, Glance, KeptTable, StoreReader, TableBuilder};
 use study::account::run_name;
@@ -28,9 +26,6 @@ use study::{Column, Standing, Study};
 
 use crate::machine::build_words;
 use crate::stored::{StoreSource, account};
-
-pub(crate) use part::TablePart;
-pub(crate) use proof::TableProof;
 
 /// The version of the form of the tables.
 const FORM: u32 = 2;
@@ -55,7 +50,7 @@ struct TableCaption {
 
 /// The type that the cells of a column have had so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-enum CellsSoFar {
+pub(crate) enum CellsSoFar {
     /// All were missing.
     Missing,
     /// All had this type, or were missing.
@@ -66,7 +61,7 @@ enum CellsSoFar {
 
 impl CellsSoFar {
     /// Returns the type of cells of which one more has come.
-    fn with(self, cell: &Cell) -> Self {
+    pub(crate) fn with(self, cell: &Cell) -> Self {
         use CellType::{Integer, Number};
         match (self, cell.cell_type()) {
             (before, None) => before,
@@ -78,7 +73,7 @@ impl CellsSoFar {
     }
 
     /// Returns the type of all cells that are not missing, if there is one.
-    fn all(self) -> Option<CellType> {
+    pub(crate) fn all(self) -> Option<CellType> {
         match self {
             Self::Alike(cells) => Some(cells),
             Self::Missing | Self::Mixed => None,
@@ -94,7 +89,7 @@ fn meaning(definition: &Digest) -> Digest {
 
 /// A table of a study that holds.
 pub(crate) struct StudyTable {
-    table: KeptTable,
+    pub(crate) table: KeptTable,
     /// The columns of the table, and behind them those that say by whom a result was computed.
     columns: Vec<TabledColumn>,
     /// The cells of each column behind those of the table, by the name of the run.
@@ -102,9 +97,13 @@ pub(crate) struct StudyTable {
     /// The column of the table with the name of the run.
     run: usize,
     usual: Option<Vec<String>>,
-    runs: Vec<[u8; 32]>,
+    pub(crate) runs: Vec<[u8; 32]>,
     notes: Option<SurveyNotes>,
     blobs: Blobs,
+    /// The column of the table with the key of the job.
+    key: usize,
+    /// The keys of the rows that were found by them.
+    found: Mutex<HashMap<usize, JobKey>>,
 }
 
 impl StudyTable {
@@ -133,9 +132,11 @@ impl StudyTable {
         let column =
             |(name, cells): (String, CellsSoFar)| TabledColumn { name, cells: cells.all() };
         let columns: Vec<TabledColumn> = columns.into_iter().map(column).collect();
-        let run = columns.iter().position(|column| column.name == "run")?;
-        let (of_runs, blobs) = (Vec::new(), glance.blobs().clone());
-        let mut table = StudyTable { table, columns, of_runs, run, usual, runs, notes, blobs };
+        let place = |name: &str| columns.iter().position(|column| column.name == name);
+        let (run, key) = (place("run")?, place("key")?);
+        let (of_runs, blobs, found) = (Vec::new(), glance.blobs().clone(), Mutex::default());
+        let mut table =
+            StudyTable { table, columns, of_runs, run, usual, runs, notes, blobs, key, found };
         table.add_accounts(&study);
         Some((table, study))
     }
@@ -160,13 +161,26 @@ impl StudyTable {
         }
     }
 
-    /// Returns the cells of a column in a block of so many rows.
-    fn cells(&self, column: usize, block: usize, count: usize) -> io::Result<Vec<Cell>> {
+    /// Returns the cells that some rows of a block of so many have in a column.
+    fn cells(
+        &self,
+        column: usize,
+        block: usize,
+        count: usize,
+        rows: &[usize],
+    ) -> io::Result<Vec<Cell>> {
         let other = || io::Error::other("the table has other cells");
+        if column == self.key
+            && let Some(keys) = self.known_keys(rows)
+        {
+            return Ok(keys);
+        }
+        let start = block * KeptTable::BLOCK;
+        let picked: Vec<usize> = rows.iter().map(|row| row.saturating_sub(start)).collect();
         let behind = column.checked_sub(self.table.column_count());
         let stored = if behind.is_some() { self.run } else { column };
-        let mut cells =
-            unpacked_cells(&self.table.piece(stored, block)?, count).ok_or_else(other)?;
+        let piece = self.table.piece(stored, block)?;
+        let mut cells = picked_cells(&piece, count, &picked).ok_or_else(other)?;
         if let Some(behind) = behind {
             let of_runs = self.of_runs.get(behind).ok_or_else(other)?;
             for cell in &mut cells {
@@ -177,6 +191,13 @@ impl StudyTable {
             }
         }
         Ok(cells)
+    }
+
+    /// Returns the keys of some rows if all of them were found by their keys: those of a block are
+    /// texts that take long to read.
+    fn known_keys(&self, rows: &[usize]) -> Option<Vec<Cell>> {
+        let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        rows.iter().map(|row| Some(Cell::Text(found.get(row)?.to_string()))).collect()
     }
 
     /// Returns the usual columns of the study, if they are known.
@@ -229,16 +250,11 @@ impl StudyTable {
         };
         let start = block * KeptTable::BLOCK;
         let count = self.table.row_count().saturating_sub(start).min(KeptTable::BLOCK);
-        let cells: io::Result<Vec<Vec<Cell>>> =
-            columns.iter().map(|column| self.cells(*column, block, count)).collect();
-        let mut cells = cells?;
-        let mut made = Vec::with_capacity(rows.len());
-        for row in rows {
-            let taken = |cells: &mut Vec<Cell>| {
-                cells.get_mut(row - start).map(|cell| std::mem::replace(cell, Cell::Missing))
-            };
-            let row: Option<Vec<Cell>> = cells.iter_mut().map(taken).collect();
-            made.push(row.ok_or_else(|| io::Error::other("the table has no such row"))?);
+        let mut made: Vec<Vec<Cell>> =
+            rows.iter().map(|_| Vec::with_capacity(columns.len())).collect();
+        for column in columns {
+            let cells = self.cells(*column, block, count, rows)?;
+            made.iter_mut().zip(cells).for_each(|(row, cell)| row.push(cell));
         }
         Ok(made)
     }
@@ -262,7 +278,10 @@ impl TabledRows for StudyTable {
     }
 
     fn rows_of(&self, key: &JobKey) -> Result<Vec<usize>, RecordsError> {
-        Ok(self.table.rows_of(key)?)
+        let rows = self.table.rows_of(key)?;
+        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        found.extend(rows.iter().map(|row| (*row, *key)));
+        Ok(rows)
     }
 
     fn accounts(&self) -> Accounts {

@@ -16,8 +16,9 @@ use crate::output::{self, Finish};
 use crate::proposal;
 use crate::stored::{StoreSource, read_store, stored_large_study};
 use crate::study_file::part;
-use crate::study_table::{StudyTable, TableKeeper, TablePart, has_plain_columns};
+use crate::study_table::{StudyTable, TableKeeper, has_plain_columns};
 use crate::table_file::{TableRows, write_csv, write_json, write_parquet, write_table};
+use crate::table_part::TablePart;
 use crate::written_file;
 
 /// Prints the results of a study as a table, or writes them to a file.
@@ -49,16 +50,17 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
             None => (Some(&table), table.usual_columns()),
             Some(part) => (part.as_ref().map(|part| part as &dyn TabledRows), None),
         };
-        let kept = rows.map(|rows| KeptRows { table: &table, rows, usual });
+        let kept = rows.map(|rows| KnownRows { table: &table, rows, usual });
         let chosen = kept.map(|kept| query_table(args, format, selection.clone(), study, kept));
         match chosen.unwrap_or(Ok(None)) {
             Err(AnswerError::Records(_)) => {}
-            // The records say what is wrong.
             Err(_) | Ok(None) => {
+                // What is wrong with a value is said of the records.
+                selection.check(study)?;
                 let lacks_usual = selection.columns.is_empty() && table.usual_columns().is_none();
                 is_kept = !lacks_usual || !has_plain_columns(&whole);
             }
-            Ok(Some((rows, source, selection))) => {
+            Ok(Some(TableAnswer { rows, source, selection })) => {
                 let rows = rows.of(args, &selection, study, source)?;
                 return write(args, format, rows, &selection, study);
             }
@@ -94,8 +96,8 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         }
         let made = StudyTable::of(directory, &args.name).filter(|_| args.shard.is_none());
         if let Some((table, study)) = made {
-            let kept = KeptRows { table: &table, rows: &table, usual: table.usual_columns() };
-            if let Ok(Some((rows, source, selection))) =
+            let kept = KnownRows { table: &table, rows: &table, usual: table.usual_columns() };
+            if let Ok(Some(TableAnswer { rows, source, selection })) =
                 query_table(args, format, selection.clone(), &study, kept)
             {
                 let rows = rows.of(args, &selection, &study, source)?;
@@ -134,11 +136,19 @@ fn is_long(args: &QueryArgs, study: &Study) -> bool {
 
 /// The rows of a study, or of a part of it, in a table that is kept.
 #[derive(Clone, Copy)]
-struct KeptRows<'t> {
+struct KnownRows<'t> {
     table: &'t StudyTable,
     rows: &'t dyn TabledRows,
     /// The usual columns of the study, if they are known.
     usual: Option<&'t [String]>,
+}
+
+/// The rows that a table of a study gives.
+struct TableAnswer<'t> {
+    rows: ChosenRows,
+    source: RowSource<'t>,
+    /// The choice, with the columns that are shown.
+    selection: Selection,
 }
 
 /// The rows that are shown.
@@ -188,9 +198,9 @@ fn query_table<'t>(
     format: TableFormat,
     mut selection: Selection,
     study: &Study,
-    kept: KeptRows<'t>,
-) -> Result<Option<(ChosenRows, RowSource<'t>, Selection)>, AnswerError> {
-    let KeptRows { table, rows, usual } = kept;
+    kept: KnownRows<'t>,
+) -> Result<Option<TableAnswer<'t>>, AnswerError> {
+    let KnownRows { table, rows, usual } = kept;
     complete(format, &mut selection, study);
     let is_listed = study.is_listed() || args.shard.is_some();
     if let ([], true, Some(usual)) = (&selection.columns[..], is_listed, usual) {
@@ -213,7 +223,7 @@ fn query_table<'t>(
             accounts: table.accounts(),
         },
     };
-    Ok(Some((chosen, source, selection)))
+    Ok(Some(TableAnswer { rows: chosen, source, selection }))
 }
 
 /// Names all columns of a study where no columns are named for a Parquet file.

@@ -24,7 +24,8 @@ use crate::kept_study::KeptStudy;
 use crate::merge_rules::{RULES, references};
 use crate::output::{self, Finish};
 use crate::stored::{StoreSource, read_store, stored_large_study};
-use crate::study_table::{StudyTable, TableProof};
+use crate::study_table::StudyTable;
+use crate::table_proof::TableProof;
 use crate::words::count;
 use crate::{merged, proposal};
 

@@ -149,7 +149,8 @@ pub fn survey(
 }
 
 /// Returns the columns that answer a study's question at a glance: the axes, those of its figures,
-/// the usual observables and what its jobs ask for; of increments, with the columns of their `path`.
+/// the usual observables and what its jobs ask for; of increments, with the columns of their
+/// `path`.
 pub(crate) fn usual_names(
     study: &Study,
     figures: &[Figure],

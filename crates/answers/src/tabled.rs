@@ -65,7 +65,7 @@ pub trait TabledRows {
     /// The table is damaged, or cannot be read.
     fn rows(&self, columns: &[usize], rows: &[usize]) -> Result<Vec<Vec<Cell>>, RecordsError>;
 
-    /// Returns the numbers of the rows of a job in ascending order. There may be others among them.
+    /// Returns the numbers of the rows of a job in ascending order.
     ///
     /// # Errors
     /// The table is damaged, or cannot be read.

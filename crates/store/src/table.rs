@@ -12,7 +12,7 @@
 //!          if that is not shorter
 //! places   of each column, for each of its pieces: position u64, length u32, length of the cells
 //!          u32, the first 16 bytes of BLAKE3
-//! pages    of 512 entries in the order of the keys: the first 8 bytes of a job's key, its row u64
+//! pages    of 128 entries in the order of the keys: a job's key, its row u64
 //! head     bincode: words of the caller, the number of rows, the digests of places and pages
 //! ```
 //!
@@ -53,10 +53,10 @@ const PLACE: usize = 32;
 const SUM: usize = 16;
 
 /// The length of an entry of a page \[bytes\].
-const ENTRY: usize = 16;
+const ENTRY: usize = KEY + 8;
 
 /// The number of entries of a page.
-const ENTRIES: usize = 512;
+const ENTRIES: usize = 128;
 
 /// The number of bytes after which the writer of a table looks for room again. A full disk would
 /// be the end of a run that writes to it.
@@ -91,7 +91,7 @@ struct ColumnPlaces {
 
 #[derive(Serialize, Deserialize)]
 struct KeyPage {
-    /// The beginning of the first key.
+    /// The first eight bytes of the first key.
     first: u64,
     sum: [u8; SUM],
 }
@@ -231,14 +231,14 @@ impl KeptTable {
         Ok(places.get_or_init(|| bytes.as_chunks().0.to_vec()))
     }
 
-    /// Returns the rows of the jobs whose keys begin like this one, in ascending order.
+    /// Returns the rows of the job with a key, in ascending order.
     ///
     /// # Errors
     /// The pages of keys are damaged, or cannot be read.
     pub fn rows_of(&self, key: &JobKey) -> io::Result<Vec<usize>> {
         let sought = beginning(&key.0);
         let pages = &self.head.pages;
-        // Entries that begin alike may go on over several pages, and begin in one before.
+        // Entries of a key may go on over several pages, and begin in one before.
         let first = pages.partition_point(|page| page.first < sought).saturating_sub(1);
         let mut rows = Vec::new();
         for (number, page) in pages.iter().enumerate().skip(first) {
@@ -254,8 +254,8 @@ impl KeptTable {
                 return Err(damaged("has a page of keys that differs from what was written"));
             }
             for entry in bytes.as_chunks::<ENTRY>().0 {
-                let row = beginning(&entry[8..]);
-                if beginning(entry) == sought && row < self.head.rows {
+                let row = beginning(&entry[KEY..]);
+                if entry[..KEY] == key.0 && row < self.head.rows {
                     rows.push(row as usize);
                 }
             }
@@ -411,8 +411,7 @@ impl TableBuilder {
         loop {
             let goes_on = sorted.next_job(&mut rows)?;
             for row in &rows {
-                page.extend_from_slice(&row[..8]);
-                page.extend_from_slice(&row[KEY..]);
+                page.extend_from_slice(row);
                 if page.len() == ENTRIES * ENTRY {
                     pages.push(KeyPage { first: beginning(&page), sum: sum_of(&page) });
                     self.write(&std::mem::take(&mut page))?;

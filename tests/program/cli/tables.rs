@@ -137,10 +137,7 @@ fn a_long_study_says_of_its_points_what_its_parts_say() {
             .unwrap()
             .clone()
     };
-    for words in [
-        &["--select", "mu,load,status"][..],
-        &["--steps"],
-    ] {
+    for words in [&["--select", "mu,load,status"][..], &["--steps"]] {
         let whole = rows(words);
         let mut parts: Vec<_> = ["1/2", "2/2"]
             .iter()

@@ -7,9 +7,29 @@ use wording::one_line;
 
 use super::cell::Cell;
 use super::rows::TableColumn;
-use super::terminal::TerminalLayout;
 use crate::number::{decade, exact, exponent, significant, trim_zeros};
 use crate::unit::PrefixedUnit;
+
+/// The layout of a table in [`DataTable::terminal`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TerminalLayout {
+    /// The number of characters per line. Text is wrapped and the columns are set in several blocks
+    /// to keep within it. `None` sets every row on one line.
+    pub width: Option<usize>,
+    /// The number of significant digits of numbers, at least 1.
+    pub digits: usize,
+    /// True if a column with a unit is shown with an SI prefix, one for the whole column:
+    /// `peak_pressure [GPa]`.
+    pub prefixes: bool,
+    /// True if lines and the dash for a missing value may be other than ASCII.
+    pub unicode: bool,
+}
+
+impl Default for TerminalLayout {
+    fn default() -> Self {
+        TerminalLayout { width: None, digits: 6, prefixes: false, unicode: true }
+    }
+}
 
 /// The knowledge of the cells of a column that have passed by.
 pub(super) struct ColumnSurvey {

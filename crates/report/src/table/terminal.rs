@@ -7,28 +7,7 @@ use unicode_width::UnicodeWidthStr;
 
 use super::cell::Cell;
 use super::rows::{DataTable, TableColumn};
-use super::setting::{ColumnForm, ColumnSurvey, TextWidths};
-
-/// The layout of a table in [`DataTable::terminal`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TerminalLayout {
-    /// The number of characters per line. Text is wrapped and the columns are set in several blocks
-    /// to keep within it. `None` sets every row on one line.
-    pub width: Option<usize>,
-    /// The number of significant digits of numbers, at least 1.
-    pub digits: usize,
-    /// True if a column with a unit is shown with an SI prefix, one for the whole column:
-    /// `peak_pressure [GPa]`.
-    pub prefixes: bool,
-    /// True if lines and the dash for a missing value may be other than ASCII.
-    pub unicode: bool,
-}
-
-impl Default for TerminalLayout {
-    fn default() -> Self {
-        TerminalLayout { width: None, digits: 6, prefixes: false, unicode: true }
-    }
-}
+use super::setting::{ColumnForm, ColumnSurvey, TerminalLayout, TextWidths};
 
 /// The number of blanks on both sides of a cell together.
 const PADDING: usize = 2;
@@ -75,8 +54,8 @@ impl TypesetColumn {
         self.cells.get(row).map_or("", String::as_str)
     }
 
-    fn measured(&self) -> MeasuredColumn<'_> {
-        MeasuredColumn::of(&self.form, self.widths)
+    fn sized(&self) -> SizedColumn<'_> {
+        SizedColumn::of(&self.form, self.widths)
     }
 }
 
@@ -96,14 +75,13 @@ impl DataTable {
     /// begins with the first column. Characters that a terminal would obey are shown escaped.
     pub fn terminal(&self, layout: &TerminalLayout) -> String {
         let columns = self.typeset(layout);
-        let measured: Vec<MeasuredColumn<'_>> =
-            columns.iter().map(TypesetColumn::measured).collect();
+        let sized: Vec<SizedColumn<'_>> = columns.iter().map(TypesetColumn::sized).collect();
         let mut out = String::new();
-        for block in blocks(&measured, layout.width) {
+        for block in blocks(&sized, layout.width) {
             if !out.is_empty() {
                 out.push('\n');
             }
-            match ColumnBlock::fitting(&measured, &block, layout) {
+            match ColumnBlock::fitting(&sized, &block, layout) {
                 Some(set) => {
                     out += &set.head();
                     for row in 0..self.rows().len() {
@@ -118,10 +96,10 @@ impl DataTable {
     }
 }
 
-/// Writes a table that comes in blocks of rows as [`DataTable::terminal`] does that of all rows. The
-/// blocks pass by several times: to learn the forms of the columns, to learn their widths, and to
-/// be written. Returns false if nothing was written, since a text would be wrapped, which takes all
-/// rows at once.
+/// Writes a table that comes in blocks of rows as [`DataTable::terminal`] does that of all rows.
+/// The blocks pass by several times: to learn the forms of the columns, to learn their widths, and
+/// to be written. Returns false if nothing was written, since a text would be wrapped, which takes
+/// all rows at once.
 ///
 /// # Errors
 /// The visit of the blocks fails, or the writer does.
@@ -153,11 +131,10 @@ pub fn set_in_blocks<E>(
         }
         Ok(())
     })?;
-    let measured =
-        forms.iter().zip(&widths).map(|(form, widths)| MeasuredColumn::of(form, *widths));
-    let measured: Vec<MeasuredColumn<'_>> = measured.collect();
-    let blocks = blocks(&measured, layout.width);
-    let fitting = blocks.iter().map(|block| ColumnBlock::fitting(&measured, block, layout));
+    let sized = forms.iter().zip(&widths).map(|(form, widths)| SizedColumn::of(form, *widths));
+    let sized: Vec<SizedColumn<'_>> = sized.collect();
+    let blocks = blocks(&sized, layout.width);
+    let fitting = blocks.iter().map(|block| ColumnBlock::fitting(&sized, block, layout));
     let Some(sets) = fitting.collect::<Option<Vec<ColumnBlock<'_>>>>() else { return Ok(false) };
     for (number, (block, set)) in blocks.iter().zip(&sets).enumerate() {
         if number > 0 {
@@ -179,7 +156,7 @@ pub fn set_in_blocks<E>(
 
 /// A column whose widths are known.
 #[derive(Clone, Copy)]
-struct MeasuredColumn<'c> {
+struct SizedColumn<'c> {
     form: &'c ColumnForm,
     /// The width below which the column is not squeezed, in characters.
     least: usize,
@@ -187,17 +164,17 @@ struct MeasuredColumn<'c> {
     whole: usize,
 }
 
-impl<'c> MeasuredColumn<'c> {
+impl<'c> SizedColumn<'c> {
     fn of(form: &'c ColumnForm, widths: TextWidths) -> Self {
         let (header, content) = (form.header_width(), widths.content());
         let least = if form.numeric { content } else { content.min(NARROWEST_TEXT) };
-        MeasuredColumn { form, least: header.max(least), whole: header.max(content) }
+        SizedColumn { form, least: header.max(least), whole: header.max(content) }
     }
 }
 
 /// A block of columns of which no text is wrapped.
 struct ColumnBlock<'c> {
-    columns: Vec<MeasuredColumn<'c>>,
+    columns: Vec<SizedColumn<'c>>,
     /// The character of the rules above, below the header and at the end.
     rule: char,
 }
@@ -205,11 +182,11 @@ struct ColumnBlock<'c> {
 impl<'c> ColumnBlock<'c> {
     /// Returns a block of some columns if each text has one line.
     fn fitting(
-        columns: &[MeasuredColumn<'c>],
+        columns: &[SizedColumn<'c>],
         block: &[usize],
         layout: &TerminalLayout,
     ) -> Option<Self> {
-        let columns: Vec<MeasuredColumn<'c>> = block.iter().map(|&i| columns[i]).collect();
+        let columns: Vec<SizedColumn<'c>> = block.iter().map(|&i| columns[i]).collect();
         let set = ColumnBlock { columns, rule: if layout.unicode { '─' } else { '-' } };
         let least = set.width(|column| column.least);
         let fits = |width: usize| set.width(|column| column.whole) <= width.max(least);
@@ -217,7 +194,7 @@ impl<'c> ColumnBlock<'c> {
     }
 
     /// Returns the length of a line, given the width of each column.
-    fn width(&self, of: impl Fn(&MeasuredColumn<'c>) -> usize) -> usize {
+    fn width(&self, of: impl Fn(&SizedColumn<'c>) -> usize) -> usize {
         let columns = self.columns.iter().map(|column| of(column) + PADDING + SEPARATOR);
         columns.sum::<usize>().saturating_sub(SEPARATOR)
     }
@@ -230,7 +207,7 @@ impl<'c> ColumnBlock<'c> {
     /// Writes the names and units between two rules. Units stand on one line, also under names that
     /// have none.
     fn head(&self) -> String {
-        let header = |column: &MeasuredColumn<'c>| column.form.header.len();
+        let header = |column: &SizedColumn<'c>| column.form.header.len();
         let tall = self.columns.iter().map(header).max().unwrap_or(0);
         let mut text = self.rule();
         for number in 0..tall {
@@ -259,7 +236,7 @@ impl<'c> ColumnBlock<'c> {
 }
 
 /// Divides the columns into as few blocks as fit into the width, as indices of columns.
-fn blocks(columns: &[MeasuredColumn<'_>], width: Option<usize>) -> Vec<Vec<usize>> {
+fn blocks(columns: &[SizedColumn<'_>], width: Option<usize>) -> Vec<Vec<usize>> {
     let Some(width) = width else { return vec![(0..columns.len()).collect()] };
     let space = |i: usize| columns[i].least + PADDING;
     let mut blocks: Vec<Vec<usize>> = Vec::new();
@@ -303,7 +280,7 @@ fn wrapped(
     table.load_style(TableStyle::new().top_border(line).header_separator(line).bottom_border(line));
     let least = block
         .iter()
-        .map(|&i| columns[i].measured().least + PADDING + SEPARATOR)
+        .map(|&i| columns[i].sized().least + PADDING + SEPARATOR)
         .sum::<usize>()
         .saturating_sub(SEPARATOR);
     if let Some(width) = layout.width {
@@ -325,7 +302,7 @@ fn wrapped(
             let alignment =
                 if columns[i].form.numeric { CellAlignment::Right } else { CellAlignment::Left };
             column.set_cell_alignment(alignment);
-            let least = u16::try_from(columns[i].measured().least + PADDING).unwrap_or(u16::MAX);
+            let least = u16::try_from(columns[i].sized().least + PADDING).unwrap_or(u16::MAX);
             column.set_constraint(if columns[i].form.numeric {
                 ColumnConstraint::Absolute(Width::Fixed(least))
             } else {
@@ -379,8 +356,8 @@ mod tests {
         ) {
             let layout = TerminalLayout { width, prefixes, ..TerminalLayout::default() };
             let columns = table.typeset(&layout);
-            let measured: Vec<_> = columns.iter().map(TypesetColumn::measured).collect();
-            let blocks = blocks(&measured, width);
+            let sized: Vec<_> = columns.iter().map(TypesetColumn::sized).collect();
+            let blocks = blocks(&sized, width);
             let library = |block: &Vec<usize>| wrapped(&columns, block, table.rows().len(), &layout);
             let expected: Vec<String> = blocks.iter().map(library).collect();
             let text = table.terminal(&layout);

@@ -9,7 +9,7 @@ use report::{Cell, packed_cells};
 use store::KeptTable;
 use study::Column;
 
-use super::{CellsSoFar, StudyTable};
+use crate::study_table::{CellsSoFar, StudyTable};
 
 /// The comparison of a table with the rows that are made of the records anew.
 pub(crate) struct TableProof<'t> {
@@ -77,13 +77,13 @@ impl RowKeeper for TableProof<'_> {
 
     fn end(&self, accounts: &Accounts, notes: Option<&SurveyNotes>) {
         let mut seen = self.seen.borrow_mut();
-        let of_table = self.table.columns.iter().take(seen.columns.len());
+        let of_table = self.table.columns().iter().take(seen.columns.len());
         let types = of_table.map(|column| column.cells);
         let runs = accounts.listed().into_iter().map(|(run, _)| run);
         seen.differ |= seen.rows != self.table.row_count()
             || !seen.columns.iter().map(|cells| cells.all()).eq(types)
             || !runs.eq(&self.table.runs)
-            || notes != self.table.notes.as_ref();
+            || notes != self.table.notes();
         seen.is_ended = true;
     }
 }

@@ -5,7 +5,7 @@ use identity::JobKey;
 use report::Cell;
 use study::Study;
 
-use super::StudyTable;
+use crate::study_table::StudyTable;
 
 /// The rows of a part of a study in the table of the whole.
 pub(crate) struct TablePart<'t> {
