@@ -21,6 +21,9 @@ use crate::table_file::{TableRows, write_csv, write_json, write_parquet, write_t
 use crate::table_part::TablePart;
 use crate::written_file;
 
+/// The number of cells up to which a table to be read is in memory.
+const CELLS_IN_MEMORY: usize = 1 << 19;
+
 /// Prints the results of a study as a table, or writes them to a file.
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     let format = if args.json { TableFormat::Json } else { args.format };
@@ -258,10 +261,13 @@ fn chosen(
     if (is_file || is_long) && !selection.columns.is_empty() && selection.is_separable(study) {
         selection.check(study)?;
         // Few rows need not be visited twice.
-        let few = match (is_long && selection.filter.is_some(), source) {
-            (true, RowSource::Table(_)) => gathered(selection, POINTS_IN_MEMORY)?,
-            _ => None,
+        let most = match (format, source) {
+            _ if !is_long => 0,
+            (TableFormat::Table, _) => CELLS_IN_MEMORY / selection.columns.len(),
+            (_, RowSource::Table(_)) if selection.filter.is_some() => POINTS_IN_MEMORY,
+            _ => 0,
         };
+        let few = if most > 0 { gathered(selection, most)? } else { None };
         return Ok(Some(few.unwrap_or(ChosenRows::Read)));
     }
     if is_enumerated {

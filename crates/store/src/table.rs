@@ -18,6 +18,7 @@
 //!
 //! Everything is reached from the head by digests, so no damage passes for a row.
 
+use std::cell::RefCell;
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::os::unix::fs::{FileExt, PermissionsExt};
@@ -94,6 +95,12 @@ struct KeyPage {
     /// The first eight bytes of the first key.
     first: u64,
     sum: [u8; SUM],
+}
+
+thread_local! {
+    /// The decompressor of a thread: making one takes longer than a piece does.
+    static DECOMPRESSOR: RefCell<Option<zstd::bulk::Decompressor<'static>>> =
+        const { RefCell::new(None) };
 }
 
 fn sum_of(bytes: &[u8]) -> [u8; SUM] {
@@ -187,7 +194,15 @@ impl KeptTable {
         if bytes.len() == length {
             return Ok(bytes);
         }
-        let cells = zstd::bulk::decompress(&bytes, length)?;
+        let cells = DECOMPRESSOR.with(|decompressor| -> io::Result<Vec<u8>> {
+            let mut decompressor = decompressor.borrow_mut();
+            match decompressor.as_mut() {
+                Some(decompressor) => decompressor.decompress(&bytes, length),
+                None => {
+                    decompressor.insert(zstd::bulk::Decompressor::new()?).decompress(&bytes, length)
+                }
+            }
+        })?;
         if cells.len() == length { Ok(cells) } else { Err(damaged("has a piece cut short")) }
     }
 
