@@ -10,7 +10,7 @@ use super::rows::TableColumn;
 use crate::number::{decade, exact, exponent, significant, trim_zeros};
 use crate::unit::PrefixedUnit;
 
-/// The layout of a table in [`DataTable::terminal`].
+/// The layout of a table in [`DataTable::terminal`](crate::DataTable::terminal).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TerminalLayout {
     /// The number of characters per line. Text is wrapped and the columns are set in several blocks
