@@ -18,7 +18,6 @@
 //!
 //! Everything is reached from the head by digests, so no damage passes for a row.
 
-use std::cell::RefCell;
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::os::unix::fs::{FileExt, PermissionsExt};
@@ -31,6 +30,7 @@ use serde::{Deserialize, Serialize};
 use tempfile::NamedTempFile;
 
 use crate::access::{inherit_owner, open_to_read};
+use crate::compression::{compress, decompress};
 use crate::digest::Digest;
 use crate::durable::{self, UNFINISHED_PREFIX};
 use crate::error::WriteError;
@@ -95,12 +95,6 @@ struct KeyPage {
     /// The first eight bytes of the first key.
     first: u64,
     sum: [u8; SUM],
-}
-
-thread_local! {
-    /// The decompressor of a thread: making one takes longer than a piece does.
-    static DECOMPRESSOR: RefCell<Option<zstd::bulk::Decompressor<'static>>> =
-        const { RefCell::new(None) };
 }
 
 fn sum_of(bytes: &[u8]) -> [u8; SUM] {
@@ -194,15 +188,7 @@ impl KeptTable {
         if bytes.len() == length {
             return Ok(bytes);
         }
-        let cells = DECOMPRESSOR.with(|decompressor| -> io::Result<Vec<u8>> {
-            let mut decompressor = decompressor.borrow_mut();
-            match decompressor.as_mut() {
-                Some(decompressor) => decompressor.decompress(&bytes, length),
-                None => {
-                    decompressor.insert(zstd::bulk::Decompressor::new()?).decompress(&bytes, length)
-                }
-            }
-        })?;
+        let cells = decompress(&bytes, length)?;
         if cells.len() == length { Ok(cells) } else { Err(damaged("has a piece cut short")) }
     }
 
@@ -303,7 +289,6 @@ pub struct TableBuilder {
     places: Vec<Vec<[u8; PLACE]>>,
     keys: RowSorter<{ KEY + 8 }>,
     rows: u64,
-    compressor: zstd::bulk::Compressor<'static>,
 }
 
 impl TableBuilder {
@@ -330,8 +315,6 @@ impl TableBuilder {
             places: vec![Vec::new(); columns],
             keys: RowSorter::new(&folder),
             rows: 0,
-            // The fastest level: numbers of 53 random bits hardly shrink at any.
-            compressor: zstd::bulk::Compressor::new(1)?,
         })
     }
 
@@ -349,7 +332,8 @@ impl TableBuilder {
             if cells.len() > PIECE_LIMIT {
                 return Err(io::Error::other("a piece of the table is too large"));
             }
-            let short = self.compressor.compress(cells)?;
+            // The fastest level: numbers of 53 random bits hardly shrink at any.
+            let short = compress(cells, 1)?;
             let stored: &[u8] = if short.len() < cells.len() { &short } else { cells };
             let mut place = [0; PLACE];
             place[..8].copy_from_slice(&self.position.to_le_bytes());
