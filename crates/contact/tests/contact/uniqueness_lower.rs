@@ -201,7 +201,7 @@ fn same_bytes_on_any_number_of_threads() {
 /// and are proven just as well.
 #[test]
 fn weights_of_a_coarse_mesh_serve_a_fine_one() {
-    let [coarse, fine] = [8, 16].map(|n| System::new(&question([n, n], 0.3)).unwrap());
+    let [coarse, fine] = [6, 12].map(|n| System::new(&question([n, n], 0.3)).unwrap());
     let weights = bound(&coarse, Freedom::PerOrbit);
     let Lower::Bound(carried) = lower_from(&fine, &coarse, &weights, 1000).unwrap() else {
         panic!("unbounded")

