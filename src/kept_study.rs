@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use answers::{AnswerTable, Progress, Results, Warning};
+use answers::{AnswerError, AnswerTable, Progress, Results, Warning};
 use report::DataTable;
 use serde::{Deserialize, Serialize};
 use store::{Digest, Glance, KeptWords, Store};
@@ -90,14 +90,14 @@ impl SummaryFacts {
         jobs: usize,
         rows: DataTable,
         more_rows: usize,
-    ) -> Self {
-        let failures = results.failures();
+    ) -> Result<Self, AnswerError> {
+        let failures = results.failures()?;
         let shown = failures.listed.into_iter().map(|failure| ShownFailure {
             key: failure.key.to_string(),
             status: failure.standing.to_string(),
             reason: failure.reason,
         });
-        SummaryFacts {
+        Ok(SummaryFacts {
             study: results.study().name().to_owned(),
             is_adaptive: results.study().adaptive().is_some(),
             jobs,
@@ -110,7 +110,7 @@ impl SummaryFacts {
             warnings: results.warnings(),
             failures: shown.collect(),
             failed_jobs: failures.count,
-        }
+        })
     }
 
     /// Returns how far the study is.

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use answers::{AnswerError, Results, RowSource, Selection, forecast};
+use answers::{AnswerError, POINTS_IN_MEMORY, Results, RowSource, Selection, forecast, survey};
 use anyhow::{Context, Result, bail};
 use contact::model::Fields;
 use contact::{Cancellation, FrictionProblem, Operators};
@@ -288,6 +288,13 @@ impl ReadStore {
         if selection.columns.is_empty() && !study.is_listed() {
             // Which figures say something is not known of so many.
             selection.columns = columns_of_any(&study);
+        }
+        if selection.columns.is_empty()
+            && study.has_independent_points()
+            && study.point_count() > POINTS_IN_MEMORY
+        {
+            let notes = survey(&study, &source, None)?;
+            selection.columns = notes.usual_columns(selection.steps).to_vec();
         }
         if !selection.columns.is_empty() && selection.is_separable(&study) {
             let mut table = TypedTable::new(selection.typed_columns(&study)?);

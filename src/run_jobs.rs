@@ -14,7 +14,7 @@ use identity::JobKey;
 use rayon::prelude::*;
 use runner::{Payload, Task};
 use store::Store;
-use study::{Job, Kind, PointKeys, Record, Study, StudyPoint};
+use study::{Job, Kind, PointKeys, PointLevels, Record, Study, StudyPoint};
 
 use crate::stored::{RecordState, WrittenStore};
 use crate::wire::order;
@@ -27,6 +27,7 @@ pub(crate) struct RunJobs<'s> {
     study: &'s Study,
     points: RunPoints<'s>,
     jobs: Vec<RunJob>,
+    levels: PointLevels<'s>,
 }
 
 /// The points of a run.
@@ -94,14 +95,15 @@ impl<'s> RunJobs<'s> {
             found.into_iter().for_each(|key| list.add(key));
         }
         let points = RunPoints::Enumerated(Box::new(keys));
-        Ok(Self { study, points, jobs: list.jobs })
+        Ok(Self { study, points, jobs: list.jobs, levels: study.levels() })
     }
 
     /// Lists the jobs at points that the study has chosen.
     pub(crate) fn of_points(study: &'s Study, points: Vec<StudyPoint>) -> Self {
         let mut list = JobCollector::default();
         points.iter().for_each(|point| list.add(Some(point.key)));
-        Self { study, points: RunPoints::Chosen(points), jobs: list.jobs }
+        let (points, levels) = (RunPoints::Chosen(points), study.levels());
+        Self { study, points, jobs: list.jobs, levels }
     }
 
     /// Returns the number of jobs.
@@ -229,7 +231,9 @@ impl<'s> RunJobs<'s> {
     /// early. Of what a study chooses all has the same rank.
     fn rank(&self, job: RunJob) -> u32 {
         match self.study.adaptive() {
-            None => self.study.index(job.point as usize).map_or(0, |index| self.study.level(index)),
+            None => {
+                self.study.index(job.point as usize).map_or(0, |index| self.levels.level(index))
+            }
             Some(_) => 0,
         }
     }

@@ -8,15 +8,16 @@ use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::io;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use answers::{
-    Accounts, Progress, ROWS_OF_A_BLOCK, RecordsError, RowKeeper, TabledColumn, TabledRows,
-    cells_of_account, tabled_columns,
+    Accounts, AnswerError, Progress, ROWS_OF_A_BLOCK, RecordsError, RowKeeper, SurveyNotes,
+    TabledColumn, TabledRows, cells_of_account, survey, tabled_columns,
 };
 use anyhow::{Context, Result};
 use identity::JobKey;
 use rayon::prelude::*;
-use report::{Cell, CellType, packed_cells, unpacked_cells};
+use report::{Cell, CellType, packed_cells, picked_cells};
 use serde::{Deserialize, Serialize};
 use store::{Blobs, Digest, Glance, KeptTable, StoreReader, TableBuilder};
 use study::account::run_name;
@@ -24,10 +25,10 @@ use study::job::PHYSICS_VERSION;
 use study::{Column, Standing, Study};
 
 use crate::machine::build_words;
-use crate::stored::account;
+use crate::stored::{StoreSource, account};
 
 /// The version of the form of the tables.
-const FORM: u32 = 1;
+const FORM: u32 = 2;
 
 /// The number of rows that are counted at once.
 const ROWS_AT_ONCE: usize = 65_536;
@@ -43,11 +44,13 @@ struct TableCaption {
     usual: Option<Vec<String>>,
     /// The digests of the accounts of the runs that computed the results.
     runs: Vec<[u8; 32]>,
+    /// The knowledge of the results beside the rows, if the points are compared with nothing.
+    notes: Option<SurveyNotes>,
 }
 
 /// The type that the cells of a column have had so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-enum CellsSoFar {
+pub(crate) enum CellsSoFar {
     /// All were missing.
     Missing,
     /// All had this type, or were missing.
@@ -58,7 +61,7 @@ enum CellsSoFar {
 
 impl CellsSoFar {
     /// Returns the type of cells of which one more has come.
-    fn with(self, cell: &Cell) -> Self {
+    pub(crate) fn with(self, cell: &Cell) -> Self {
         use CellType::{Integer, Number};
         match (self, cell.cell_type()) {
             (before, None) => before,
@@ -70,7 +73,7 @@ impl CellsSoFar {
     }
 
     /// Returns the type of all cells that are not missing, if there is one.
-    fn all(self) -> Option<CellType> {
+    pub(crate) fn all(self) -> Option<CellType> {
         match self {
             Self::Alike(cells) => Some(cells),
             Self::Missing | Self::Mixed => None,
@@ -86,7 +89,7 @@ fn meaning(definition: &Digest) -> Digest {
 
 /// A table of a study that holds.
 pub(crate) struct StudyTable {
-    table: KeptTable,
+    pub(crate) table: KeptTable,
     /// The columns of the table, and behind them those that say by whom a result was computed.
     columns: Vec<TabledColumn>,
     /// The cells of each column behind those of the table, by the name of the run.
@@ -94,8 +97,13 @@ pub(crate) struct StudyTable {
     /// The column of the table with the name of the run.
     run: usize,
     usual: Option<Vec<String>>,
-    runs: Vec<[u8; 32]>,
+    pub(crate) runs: Vec<[u8; 32]>,
+    notes: Option<SurveyNotes>,
     blobs: Blobs,
+    /// The column of the table with the key of the job.
+    key: usize,
+    /// The keys of the rows that were found by them.
+    found: Mutex<HashMap<usize, JobKey>>,
 }
 
 impl StudyTable {
@@ -111,7 +119,7 @@ impl StudyTable {
         let table = glance.table(name, &meaning(definition))?;
         let decoded =
             bincode::serde::decode_from_slice(table.caption(), bincode::config::standard());
-        let (TableCaption { columns, usual, runs }, _) = decoded.ok()?;
+        let (TableCaption { columns, usual, runs, notes }, _) = decoded.ok()?;
         let bytes = glance.blobs().get(definition).ok()??;
         // Every point was assembled when the table was made.
         let study = Study::from_sound_definition(&bytes).ok()?;
@@ -124,9 +132,11 @@ impl StudyTable {
         let column =
             |(name, cells): (String, CellsSoFar)| TabledColumn { name, cells: cells.all() };
         let columns: Vec<TabledColumn> = columns.into_iter().map(column).collect();
-        let run = columns.iter().position(|column| column.name == "run")?;
-        let (of_runs, blobs) = (Vec::new(), glance.blobs().clone());
-        let mut table = StudyTable { table, columns, of_runs, run, usual, runs, blobs };
+        let place = |name: &str| columns.iter().position(|column| column.name == name);
+        let (run, key) = (place("run")?, place("key")?);
+        let (of_runs, blobs, found) = (Vec::new(), glance.blobs().clone(), Mutex::default());
+        let mut table =
+            StudyTable { table, columns, of_runs, run, usual, runs, notes, blobs, key, found };
         table.add_accounts(&study);
         Some((table, study))
     }
@@ -151,13 +161,26 @@ impl StudyTable {
         }
     }
 
-    /// Returns the cells of a column in a block of so many rows.
-    fn cells(&self, column: usize, block: usize, count: usize) -> io::Result<Vec<Cell>> {
+    /// Returns the cells that some rows of a block of so many have in a column.
+    fn cells(
+        &self,
+        column: usize,
+        block: usize,
+        count: usize,
+        rows: &[usize],
+    ) -> io::Result<Vec<Cell>> {
         let other = || io::Error::other("the table has other cells");
+        if column == self.key
+            && let Some(keys) = self.known_keys(rows)
+        {
+            return Ok(keys);
+        }
+        let start = block * KeptTable::BLOCK;
+        let picked: Vec<usize> = rows.iter().map(|row| row.saturating_sub(start)).collect();
         let behind = column.checked_sub(self.table.column_count());
         let stored = if behind.is_some() { self.run } else { column };
-        let mut cells =
-            unpacked_cells(&self.table.piece(stored, block)?, count).ok_or_else(other)?;
+        let piece = self.table.piece(stored, block)?;
+        let mut cells = picked_cells(&piece, count, &picked).ok_or_else(other)?;
         if let Some(behind) = behind {
             let of_runs = self.of_runs.get(behind).ok_or_else(other)?;
             for cell in &mut cells {
@@ -170,9 +193,23 @@ impl StudyTable {
         Ok(cells)
     }
 
+    /// Returns the keys of some rows if all of them were found by their keys: those of a block are
+    /// texts that take long to read.
+    fn known_keys(&self, rows: &[usize]) -> Option<Vec<Cell>> {
+        let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        rows.iter().map(|row| Some(Cell::Text(found.get(row)?.to_string()))).collect()
+    }
+
     /// Returns the usual columns of the study, if they are known.
     pub(crate) fn usual_columns(&self) -> Option<&[String]> {
-        self.usual.as_deref()
+        let noted = self.notes.as_ref().map(|notes| notes.usual_columns(false));
+        self.usual.as_deref().or(noted)
+    }
+
+    /// Returns what was noted of the results beside the rows, if the points of the study are
+    /// compared with nothing.
+    pub(crate) fn notes(&self) -> Option<&SurveyNotes> {
+        self.notes.as_ref()
     }
 
     /// Counts the points by how their jobs have ended; `None` if the table is damaged.
@@ -213,16 +250,11 @@ impl StudyTable {
         };
         let start = block * KeptTable::BLOCK;
         let count = self.table.row_count().saturating_sub(start).min(KeptTable::BLOCK);
-        let cells: io::Result<Vec<Vec<Cell>>> =
-            columns.iter().map(|column| self.cells(*column, block, count)).collect();
-        let mut cells = cells?;
-        let mut made = Vec::with_capacity(rows.len());
-        for row in rows {
-            let taken = |cells: &mut Vec<Cell>| {
-                cells.get_mut(row - start).map(|cell| std::mem::replace(cell, Cell::Missing))
-            };
-            let row: Option<Vec<Cell>> = cells.iter_mut().map(taken).collect();
-            made.push(row.ok_or_else(|| io::Error::other("the table has no such row"))?);
+        let mut made: Vec<Vec<Cell>> =
+            rows.iter().map(|_| Vec::with_capacity(columns.len())).collect();
+        for column in columns {
+            let cells = self.cells(*column, block, count, rows)?;
+            made.iter_mut().zip(cells).for_each(|(row, cell)| row.push(cell));
         }
         Ok(made)
     }
@@ -246,7 +278,10 @@ impl TabledRows for StudyTable {
     }
 
     fn rows_of(&self, key: &JobKey) -> Result<Vec<usize>, RecordsError> {
-        Ok(self.table.rows_of(key)?)
+        let rows = self.table.rows_of(key)?;
+        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        found.extend(rows.iter().map(|row| (*row, *key)));
+        Ok(rows)
     }
 
     fn accounts(&self) -> Accounts {
@@ -295,11 +330,26 @@ impl<'r> TableKeeper<'r> {
         self.usual.replace(Some(names));
     }
 
-    fn finish(&self, draft: TableDraft, accounts: &Accounts) -> Result<()> {
+    /// Makes the table of a study whose points are compared with nothing, block by block, and
+    /// returns what is noted of its results, whether the table can be kept or not.
+    ///
+    /// # Errors
+    /// A record cannot be read.
+    pub(crate) fn make(reader: &'r StoreReader, study: &Study) -> Result<SurveyNotes, AnswerError> {
+        survey(study, &StoreSource::Reader(reader), Some(&TableKeeper::of(reader, study)))
+    }
+
+    fn finish(
+        &self,
+        draft: TableDraft,
+        accounts: &Accounts,
+        notes: Option<&SurveyNotes>,
+    ) -> Result<()> {
         let TableDraft { builder, columns, has_gaps, .. } = draft;
         let runs = accounts.listed().into_iter().map(|(run, _)| *run);
         let usual = self.usual.borrow().clone();
-        let caption = TableCaption { columns, usual, runs: runs.collect() };
+        let (runs, notes) = (runs.collect(), notes.cloned());
+        let caption = TableCaption { columns, usual, runs, notes };
         let caption = bincode::serde::encode_to_vec(caption, bincode::config::standard())?;
         Ok(builder.finish(&self.name, &self.meaning, caption, !has_gaps && !self.is_chosen)?)
     }
@@ -346,86 +396,10 @@ impl RowKeeper for TableKeeper<'_> {
         }
     }
 
-    fn end(&self, accounts: &Accounts) {
+    fn end(&self, accounts: &Accounts, notes: Option<&SurveyNotes>) {
         if let Some(draft) = self.draft.take() {
-            let _ = self.finish(draft, accounts);
+            let _ = self.finish(draft, accounts, notes);
         }
-    }
-}
-
-/// The comparison of a table with the rows that are made of the records anew.
-pub(crate) struct TableProof<'t> {
-    table: &'t StudyTable,
-    seen: RefCell<SeenRows>,
-}
-
-/// The rows that were compared so far.
-#[derive(Default)]
-struct SeenRows {
-    rows: usize,
-    columns: Vec<CellsSoFar>,
-    differ: bool,
-    is_ended: bool,
-}
-
-impl<'t> TableProof<'t> {
-    /// Begins to compare a table.
-    pub(crate) fn of(table: &'t StudyTable) -> Self {
-        TableProof { table, seen: RefCell::default() }
-    }
-
-    /// Returns whether all rows were seen, and the table has these and no others.
-    pub(crate) fn holds(&self) -> bool {
-        let seen = self.seen.borrow();
-        seen.is_ended && !seen.differ
-    }
-
-    /// Returns whether the table has some rows, of which the first has the number `start`.
-    fn has(&self, start: usize, keys: &[JobKey], rows: &[Vec<Cell>]) -> io::Result<bool> {
-        let table = &self.table.table;
-        for column in 0..table.column_count() {
-            let packed = packed_cells(rows.iter().map(|row| &row[column]));
-            if packed != Some(table.piece(column, start / KeptTable::BLOCK)?) {
-                return Ok(false);
-            }
-        }
-        for (row, key) in (start..).zip(keys) {
-            if !table.rows_of(key)?.contains(&row) {
-                return Ok(false);
-            }
-        }
-        Ok(true)
-    }
-}
-
-impl RowKeeper for TableProof<'_> {
-    fn begin(&self, columns: &[Column]) {
-        let columns = vec![CellsSoFar::Missing; columns.len()];
-        self.seen.replace(SeenRows { columns, ..SeenRows::default() });
-    }
-
-    fn is_keeping(&self) -> bool {
-        !self.seen.borrow().differ
-    }
-
-    fn keep(&self, keys: &[JobKey], rows: &[Vec<Cell>]) {
-        let mut seen = self.seen.borrow_mut();
-        seen.differ |= !self.has(seen.rows, keys, rows).unwrap_or(false);
-        seen.rows += rows.len();
-        for row in rows {
-            seen.columns.iter_mut().zip(row).for_each(|(cells, cell)| *cells = cells.with(cell));
-        }
-    }
-
-    fn end(&self, accounts: &Accounts) {
-        let mut seen = self.seen.borrow_mut();
-        let of_table = self.table.columns.iter().take(seen.columns.len());
-        let types = of_table.map(|column| column.cells);
-        let runs = accounts.listed().into_iter().map(|(run, _)| run);
-        seen.differ |= seen.rows != self.table.row_count()
-            || !seen.columns.iter().map(|cells| cells.all()).eq(types)
-            || !runs.eq(&self.table.runs);
-        seen.is_ended = true;
     }
 }
 

@@ -106,7 +106,7 @@ pub(crate) fn gathered(
     let first = DataTable::new(table.columns().to_vec(), first)?;
     // Of very many points the table has the first.
     let all = results.progress().points.max(table.rows().len());
-    let mut facts = SummaryFacts::of(results, jobs, first, all.saturating_sub(SUMMARY_ROWS));
+    let mut facts = SummaryFacts::of(results, jobs, first, all.saturating_sub(SUMMARY_ROWS))?;
     drop(table);
     facts.answers = results.answers()?.to_vec();
     if !is_part && facts.progress().done > 0 {

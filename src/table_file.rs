@@ -7,11 +7,15 @@ use std::path::Path;
 
 use answers::{Accounts, AnswerError, RowSource, Selection};
 use anyhow::{Context, Result};
-use report::{DataTable, ParquetFault, ParquetFile, TypedColumn, WiderCell};
-use study::Study;
+use report::{
+    DataTable, ParquetFault, ParquetFile, TerminalLayout, TypedColumn, WiderCell, set_in_blocks,
+};
+use study::{MOST_POINTS, Study};
+use wording::{escaped_json, visible};
 
 use crate::account::account_json;
 use crate::machine::this_program;
+use crate::output::layout;
 use crate::written_file::{WrittenFile, failure};
 
 /// The source of the blocks of a table, all of which have the same columns.
@@ -107,40 +111,123 @@ fn parquet(
 /// Writes a table as CSV to a file, or to standard output, and returns the number of its rows; the
 /// largest number if the reader has gone away, who does not care.
 pub(crate) fn write_csv(rows: &TableRows<'_>, path: Option<&Path>) -> Result<u64> {
-    match path {
-        Some(path) => {
-            let file = WrittenFile::create(path)?;
-            let count = csv(rows, &mut BufWriter::new(file.sink()), &failure(path))?;
-            file.settle()?;
-            Ok(count)
-        }
-        None => {
-            let output = &mut io::stdout().lock();
-            let written = csv(rows, output, "cannot write to standard output");
-            // A reader that has gone away, as `head` does, is no error.
-            let is_gone = |error: &anyhow::Error| {
-                error
-                    .downcast_ref::<io::Error>()
-                    .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
-            };
-            match written {
-                Err(error) if is_gone(&error) => Ok(u64::MAX),
-                written => written,
+    let mut is_first = true;
+    let mut count = 0;
+    written(path, |write| {
+        rows.visit(|block| {
+            let text = if is_first { block.csv() } else { block.csv_rows() };
+            is_first = false;
+            count += block.rows().len() as u64;
+            write(&text)
+        })
+        .map(|_| true)
+    })
+    .map(|is_read| if is_read { count } else { u64::MAX })
+}
+
+/// Writes a table as JSON like [`write_csv`].
+pub(crate) fn write_json(rows: &TableRows<'_>, path: Option<&Path>) -> Result<u64> {
+    let mut is_first = true;
+    let mut count = 0;
+    written(path, |write| {
+        rows.visit(|block| {
+            if is_first {
+                write(&escaped_json(&block.json_head()))?;
             }
+            is_first = false;
+            let text = block.json_rows(count == 0);
+            count += block.rows().len() as u64;
+            write(&escaped_json(&text))
+        })?;
+        write(DataTable::json_end(count > 0)).map(|()| true)
+    })
+    .map(|is_read| if is_read { count } else { u64::MAX })
+}
+
+/// Writes a table to be read like [`write_csv`]. Its rows are visited three times, since the width
+/// of a column follows from all of them; where a text is wrapped, they are in memory, and of too
+/// many rows none is wrapped.
+pub(crate) fn write_table(rows: &TableRows<'_>, path: Option<&Path>) -> Result<u64> {
+    let layout = layout();
+    if let Some(count) = write_lines(rows, path, &layout)? {
+        return Ok(count);
+    }
+    let mut whole: Option<DataTable> = None;
+    let mut are_few = true;
+    rows.visit(|block| {
+        are_few &= whole.as_ref().map_or(0, |table| table.rows().len()) <= MOST_POINTS;
+        if are_few {
+            let before = whole.take().unwrap_or_else(|| block.without_rows());
+            whole = Some(before.followed_by(block.clone()));
         }
+        Ok(())
+    })?;
+    let Some(table) = whole.filter(|_| are_few) else {
+        let layout = TerminalLayout { width: None, ..layout };
+        return Ok(write_lines(rows, path, &layout)?.unwrap_or(0));
+    };
+    let text = table.terminal(&layout);
+    let text = if path.is_some() { text.into() } else { visible(&text) };
+    let is_read = written(path, |write| write(&text).map(|()| true))?;
+    Ok(if is_read { table.rows().len() as u64 } else { u64::MAX })
+}
+
+/// Writes a table to be read; `None` if nothing was written, since a text would be wrapped.
+fn write_lines(
+    rows: &TableRows<'_>,
+    path: Option<&Path>,
+    layout: &TerminalLayout,
+) -> Result<Option<u64>> {
+    let mut is_set = true;
+    let mut visits = 0;
+    let mut count = 0;
+    let is_read = written(path, |write| {
+        let visit = |visitor: &mut dyn FnMut(&DataTable) -> Result<()>| {
+            visits += 1;
+            rows.visit(|block| {
+                count += if visits == 1 { block.rows().len() as u64 } else { 0 };
+                visitor(block)
+            })
+            .map(drop)
+        };
+        is_set = set_in_blocks(layout, visit, |text| match path {
+            Some(_) => write(text),
+            None => write(&visible(text)),
+        })?;
+        Ok(is_set)
+    })?;
+    Ok(is_set.then_some(if is_read { count } else { u64::MAX }))
+}
+
+/// Writes text as it is made, to a file or to standard output; the file stays as it was if `fill`
+/// says that there is none. Returns false if the reader of standard output has gone away, as `head`
+/// does, which is no error.
+fn written(
+    path: Option<&Path>,
+    fill: impl FnOnce(&mut dyn FnMut(&str) -> Result<()>) -> Result<bool>,
+) -> Result<bool> {
+    let into = |sink: &mut dyn Write, failure: &str| {
+        let write =
+            &mut |text: &str| sink.write_all(text.as_bytes()).with_context(|| failure.to_owned());
+        let is_filled = fill(write)?;
+        sink.flush().with_context(|| failure.to_owned())?;
+        Ok(is_filled)
+    };
+    if let Some(path) = path {
+        let file = WrittenFile::create(path)?;
+        if into(&mut BufWriter::new(file.sink()), &failure(path))? {
+            file.settle()?;
+        }
+        return Ok(true);
+    }
+    match into(&mut io::stdout().lock(), "cannot write to standard output") {
+        Err(error) if is_gone(&error) => Ok(false),
+        outcome => outcome.map(|_| true),
     }
 }
 
-/// Writes a table as CSV; `failure` is said if the bytes cannot be written.
-fn csv(rows: &TableRows<'_>, sink: &mut dyn Write, failure: &str) -> Result<u64> {
-    let mut is_first = true;
-    let mut count = 0;
-    rows.visit(|block| {
-        let text = if is_first { block.csv() } else { block.csv_rows() };
-        is_first = false;
-        count += block.rows().len() as u64;
-        sink.write_all(text.as_bytes()).with_context(|| failure.to_owned())
-    })?;
-    sink.flush().with_context(|| failure.to_owned())?;
-    Ok(count)
+/// Returns whether something was not written since its reader has gone away.
+fn is_gone(error: &anyhow::Error) -> bool {
+    let source = error.downcast_ref::<io::Error>();
+    source.is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }

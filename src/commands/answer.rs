@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use answers::{Progress, Results};
+use answers::{Progress, Results, Selection};
 use anyhow::Result;
 use wording::one_line;
 
@@ -11,16 +11,16 @@ use crate::cli::AnswerArgs;
 use crate::labels;
 use crate::output::{self, Finish, layout};
 use crate::proposal;
-use crate::stored::{StoreSource, read_store, stored_study};
+use crate::stored_results::StoredResults;
 use crate::summary::{warning_lines, warning_words};
+use crate::table_file::{TableRows, write_table};
 use crate::words::count;
 
 /// Prints the answers of a study.
 pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
-    let reader = read_store(&args.store.store)?;
-    let source = StoreSource::Reader(&reader);
-    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
-    let labels = reader.labels()?.remove(&args.name).unwrap_or_default();
+    let stored = StoredResults::of(&args.store.store, &args.name)?;
+    let results = stored.read()?;
+    let labels = stored.labels();
     let about = match &args.column[..] {
         [] => None,
         columns => Some(results.about(columns)?),
@@ -40,15 +40,24 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
             "inaccurate": results.inaccurate(),
             "warnings": warning_words(&results),
         });
-        labels::add_json(&mut answer, &labels);
+        labels::add_json(&mut answer, labels);
         return output::print_json(&answer);
     }
+    let mut is_begun = false;
     // A line end in it could make a line that looks like one of ours.
     let mut text = format!("{}\n", one_line(results.study().question()));
-    labels::lines(&labels).iter().for_each(|line| text += &format!("{line}\n"));
+    labels::lines(labels).iter().for_each(|line| text += &format!("{line}\n"));
     if answers.is_empty() {
         // The rows of the study are its answer.
-        text += &format!("\n{}", results.usual_table()?.terminal(&layout()));
+        text += "\n";
+        if stored.are_long() {
+            output::print(text.trim_start())?;
+            write_rows(&stored, &results)?;
+            text.clear();
+            is_begun = true;
+        } else {
+            text += &results.usual_table()?.terminal(&layout());
+        }
     } else {
         text += &answers_words(answers);
     }
@@ -56,7 +65,16 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
     text += &excluded(&results);
     text += &incomplete(&results, directory);
     warning_lines(&results, directory).iter().for_each(|line| text += line);
-    output::print(text.trim_start())
+    output::print(if is_begun { &text } else { text.trim_start() })
+}
+
+/// Writes the usual columns of every point, block by block.
+fn write_rows(stored: &StoredResults<'_>, results: &Results<'_>) -> Result<()> {
+    let columns = results.usual_columns(false)?;
+    let source = stored.rows(&columns);
+    let selection = Selection { columns, ..Selection::default() };
+    let (selection, study) = (&selection, stored.study());
+    write_table(&TableRows::Selected { selection, study, source }, None).map(drop)
 }
 
 /// Says how many points the conditions of the study leave out; nothing if there are none.

@@ -10,15 +10,14 @@ use crate::cli::PlotArgs;
 use crate::figures::{draw, nothing_varies, own_files};
 use crate::output::{self, Finish};
 use crate::proposal;
-use crate::stored::{StoreSource, read_store, stored_study};
+use crate::stored_results::StoredResults;
 use crate::written_file;
 
 /// Draws figures of a study to files.
 pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     args.output.as_deref().map_or(Ok(()), written_file::check)?;
-    let reader = read_store(&args.store.store)?;
-    let source = StoreSource::Reader(&reader);
-    let results = Results::in_blocks(stored_study(&reader, &args.name)?, &source)?;
+    let stored = StoredResults::of(&args.store.store, &args.name)?;
+    let results = stored.read()?;
     let figures = chosen(args, &results)?;
     if let (Some(file), [_, _, ..]) = (&args.output, &figures[..]) {
         let names =

@@ -2,24 +2,27 @@
 
 use std::borrow::Cow;
 
-use answers::{Accounts, AnswerError, Results, RowKeeper, RowSource, Selection, TabledRows};
+use answers::{
+    Accounts, AnswerError, POINTS_IN_MEMORY, Results, RowKeeper, RowSource, Selection, TabledRows,
+    survey,
+};
 use anyhow::{Context, Result, bail};
 use report::{Cell, DataTable, TableColumn};
 use study::columns::along_path;
 use study::{MOST_POINTS, Study};
-use wording::escaped_json;
 
 use crate::cli::{QueryArgs, TableFormat};
-use crate::output::{self, Finish, layout};
+use crate::output::{self, Finish};
 use crate::proposal;
 use crate::stored::{StoreSource, read_store, stored_large_study};
 use crate::study_file::part;
 use crate::study_table::{StudyTable, TableKeeper, has_plain_columns};
-use crate::table_file::{TableRows, write_csv, write_parquet};
+use crate::table_file::{TableRows, write_csv, write_json, write_parquet, write_table};
+use crate::table_part::TablePart;
 use crate::written_file;
 
-/// The number of points above which only the rows that are chosen are in memory.
-const IN_MEMORY: usize = 16_384;
+/// The number of cells up to which a table to be read is in memory.
+const CELLS_IN_MEMORY: usize = 1 << 19;
 
 /// Prints the results of a study as a table, or writes them to a file.
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
@@ -41,25 +44,28 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         steps: args.steps,
     };
     let directory = &args.store.store;
-    let known = StudyTable::of(directory, &args.name).filter(|_| args.shard.is_none());
     let mut is_kept = false;
-    if let Some((table, study)) = known.filter(|_| !args.columns) {
-        match query_table(args, format, selection.clone(), &study, &table) {
+    if let Some((table, whole)) = StudyTable::of(directory, &args.name).filter(|_| !args.columns) {
+        let cut = args.shard.map(|shard| part(&whole, shard)).transpose()?;
+        let rows = cut.as_ref().map(|part| TablePart::of(&table, &whole, part));
+        let study = cut.as_ref().unwrap_or(&whole);
+        let (rows, usual): (Option<&dyn TabledRows>, _) = match &rows {
+            None => (Some(&table), table.usual_columns()),
+            Some(part) => (part.as_ref().map(|part| part as &dyn TabledRows), None),
+        };
+        let kept = rows.map(|rows| KnownRows { table: &table, rows, usual });
+        let chosen = kept.map(|kept| query_table(args, format, selection.clone(), study, kept));
+        match chosen.unwrap_or(Ok(None)) {
             Err(AnswerError::Records(_)) => {}
-            // The records say what is wrong.
             Err(_) | Ok(None) => {
+                // What is wrong with a value is said of the records.
+                selection.check(study)?;
                 let lacks_usual = selection.columns.is_empty() && table.usual_columns().is_none();
-                is_kept = !lacks_usual || !has_plain_columns(&study);
+                is_kept = !lacks_usual || !has_plain_columns(&whole);
             }
-            Ok(Some((rows, selection))) => {
-                let source = RowSource::Table(&table);
-                return write(
-                    args,
-                    format,
-                    rows.of(args, &selection, &study, source)?,
-                    &selection,
-                    &study,
-                );
+            Ok(Some(TableAnswer { rows, source, selection })) => {
+                let rows = rows.of(args, &selection, study, source)?;
+                return write(args, format, rows, &selection, study);
             }
         }
     }
@@ -74,8 +80,36 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         let rows = TableRows::Whole { table, accounts: Cow::Owned(Accounts::default()) };
         return write(args, format, rows, &selection, &study);
     }
+    complete(format, &mut selection, &study);
+    let lacks_columns = selection.columns.is_empty();
+    let mut is_to_keep = !is_kept && args.shard.is_none();
+    if is_long(args, &study)
+        && study.has_independent_points()
+        && (lacks_columns || is_to_keep && !args.steps)
+    {
+        // What is wrong is said before so much is read.
+        selection.check(&study)?;
+        let notes = match is_to_keep {
+            true => TableKeeper::make(&reader, &study)?,
+            false => survey(&study, records, None)?,
+        };
+        is_to_keep = false;
+        if lacks_columns && (study.is_listed() || args.shard.is_some() || args.steps) {
+            selection.columns = notes.usual_columns(args.steps).to_vec();
+        }
+        let made = StudyTable::of(directory, &args.name).filter(|_| args.shard.is_none());
+        if let Some((table, study)) = made {
+            let kept = KnownRows { table: &table, rows: &table, usual: table.usual_columns() };
+            if let Ok(Some(TableAnswer { rows, source, selection })) =
+                query_table(args, format, selection.clone(), &study, kept)
+            {
+                let rows = rows.of(args, &selection, &study, source)?;
+                return write(args, format, rows, &selection, &study);
+            }
+        }
+    }
     let keeper = TableKeeper::of(&reader, &study);
-    let keeper = Some(&keeper).filter(|_| !is_kept && args.shard.is_none());
+    let keeper = Some(&keeper).filter(|_| is_to_keep);
     let source =
         RowSource::Records { records, keeper: keeper.map(|keeper| keeper as &dyn RowKeeper) };
     if let Some(rows) = chosen(args, format, &mut selection, &study, source)? {
@@ -96,6 +130,28 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     }
     let accounts = Cow::Borrowed(results.accounts());
     write(args, format, TableRows::Whole { table, accounts }, &selection, results.study())
+}
+
+/// Returns whether a study has so many points that their rows are not all in memory.
+fn is_long(args: &QueryArgs, study: &Study) -> bool {
+    study.point_count() > POINTS_IN_MEMORY && (study.is_one_run() || args.shard.is_some())
+}
+
+/// The rows of a study, or of a part of it, in a table that is kept.
+#[derive(Clone, Copy)]
+struct KnownRows<'t> {
+    table: &'t StudyTable,
+    rows: &'t dyn TabledRows,
+    /// The usual columns of the study, if they are known.
+    usual: Option<&'t [String]>,
+}
+
+/// The rows that a table of a study gives.
+struct TableAnswer<'t> {
+    rows: ChosenRows,
+    source: RowSource<'t>,
+    /// The choice, with the columns that are shown.
+    selection: Selection,
 }
 
 /// The rows that are shown.
@@ -140,23 +196,24 @@ impl ChosenRows {
 
 /// Chooses rows from the table of a study as they would be chosen of its records; `None` if it
 /// takes the records.
-fn query_table(
+fn query_table<'t>(
     args: &QueryArgs,
     format: TableFormat,
     mut selection: Selection,
     study: &Study,
-    table: &StudyTable,
-) -> Result<Option<(ChosenRows, Selection)>, AnswerError> {
+    kept: KnownRows<'t>,
+) -> Result<Option<TableAnswer<'t>>, AnswerError> {
+    let KnownRows { table, rows, usual } = kept;
     complete(format, &mut selection, study);
-    if let ([], true, Some(usual)) =
-        (&selection.columns[..], study.is_listed(), table.usual_columns())
-    {
+    let is_listed = study.is_listed() || args.shard.is_some();
+    if let ([], true, Some(usual)) = (&selection.columns[..], is_listed, usual) {
         selection.columns = usual.to_vec();
     }
-    if selection.columns.is_empty() && study.is_listed() || !selection.is_in_table(study, table) {
+    if selection.columns.is_empty() && is_listed || !selection.is_in_table(study, rows) {
         return Ok(None);
     }
-    let rows = match chosen(args, format, &mut selection, study, RowSource::Table(table))? {
+    let source = RowSource::Table(rows);
+    let chosen = match chosen(args, format, &mut selection, study, source)? {
         Some(ChosenRows::Read) => {
             // What was written to a pipe cannot be taken back.
             let unreadable = |error: std::io::Error| AnswerError::Records(error.into());
@@ -165,11 +222,11 @@ fn query_table(
         }
         Some(rows) => rows,
         None => ChosenRows::Gathered {
-            table: selection.of_table(study, table)?,
+            table: selection.of_table(study, rows)?,
             accounts: table.accounts(),
         },
     };
-    Ok(Some((rows, selection)))
+    Ok(Some(TableAnswer { rows: chosen, source, selection }))
 }
 
 /// Names all columns of a study where no columns are named for a Parquet file.
@@ -190,27 +247,38 @@ fn chosen(
     source: RowSource<'_>,
 ) -> Result<Option<ChosenRows>, AnswerError> {
     complete(format, selection, study);
-    let is_file = matches!(format, TableFormat::Parquet | TableFormat::Csv);
-    if is_file && !selection.columns.is_empty() && selection.is_separable(study) {
-        selection.check(study)?;
-        return Ok(Some(ChosenRows::Read));
+    let is_whole = args.shard.is_none();
+    let is_enumerated = is_whole && !study.is_listed();
+    if is_enumerated && study.is_one_run() && selection.columns.is_empty() && !args.steps {
+        selection.columns = Selection::usual_columns(study);
     }
-    let gathered = |selection: &Selection, most| {
+    let gathered = |selection: &Selection, most| -> Result<Option<ChosenRows>, AnswerError> {
         let gathered = selection.gathered(study, source, most)?;
-        let whole = gathered.map(|(table, accounts)| ChosenRows::Gathered { table, accounts });
-        Ok(Some(whole.unwrap_or(ChosenRows::TooMany)))
+        Ok(gathered.map(|(table, accounts)| ChosenRows::Gathered { table, accounts }))
     };
-    if args.shard.is_none() && !study.is_listed() {
-        if selection.columns.is_empty() && !args.steps {
-            selection.columns = Selection::usual_columns(study);
-        }
-        return match study.is_one_run() && selection.has_own_rows(study) {
-            true => gathered(selection, MOST_POINTS),
-            false => Ok(Some(ChosenRows::TooMany)),
+    let is_long = is_long(args, study);
+    let is_file = matches!(format, TableFormat::Parquet | TableFormat::Csv);
+    if (is_file || is_long) && !selection.columns.is_empty() && selection.is_separable(study) {
+        selection.check(study)?;
+        // Few rows need not be visited twice.
+        let most = match (format, source) {
+            _ if !is_long => 0,
+            (TableFormat::Table, _) => CELLS_IN_MEMORY / selection.columns.len(),
+            (_, RowSource::Table(_)) if selection.filter.is_some() => POINTS_IN_MEMORY,
+            _ => 0,
         };
+        let few = if most > 0 { gathered(selection, most)? } else { None };
+        return Ok(Some(few.unwrap_or(ChosenRows::Read)));
+    }
+    if is_enumerated {
+        let rows = match study.is_one_run() && selection.has_own_rows(study) {
+            true => gathered(selection, MOST_POINTS)?,
+            false => None,
+        };
+        return Ok(Some(rows.unwrap_or(ChosenRows::TooMany)));
     }
     let is_known = !selection.columns.is_empty();
-    if study.point_count() > IN_MEMORY && is_known && selection.has_own_rows(study) {
+    if study.point_count() > POINTS_IN_MEMORY && is_known && selection.has_own_rows(study) {
         return gathered(selection, usize::MAX);
     }
     Ok(None)
@@ -224,48 +292,20 @@ fn write(
     selection: &Selection,
     study: &Study,
 ) -> Result<Finish> {
-    if let (TableFormat::Table | TableFormat::Json, TableRows::Whole { table, .. }) =
-        (format, &rows)
-        && args.filter.is_some()
-        && table.rows().is_empty()
-    {
-        output::say("no row matches");
-    }
     let path = args.output.as_deref();
-    let text = match (format, rows) {
-        (TableFormat::Csv, rows) => {
-            return written(args, write_csv(&rows, path)?);
-        }
-        (TableFormat::Table, TableRows::Whole { table, .. }) => {
-            let text = table.terminal(&layout());
-            if path.is_none() {
-                return output::print(&text);
-            }
-            text
-        }
-        (TableFormat::Json, TableRows::Whole { table, .. }) => {
-            escaped_json(&table.json()).into_owned()
-        }
-        (_, rows) => {
+    let count = match format {
+        TableFormat::Table => write_table(&rows, path)?,
+        TableFormat::Json => write_json(&rows, path)?,
+        TableFormat::Csv => write_csv(&rows, path)?,
+        TableFormat::Parquet => {
             let path = path.context("--format parquet needs --output")?;
-            return written(args, write_parquet(&rows, selection.typed_columns(study)?, path)?);
+            write_parquet(&rows, selection.typed_columns(study)?, path)?
         }
     };
-    match path {
-        Some(path) => {
-            written_file::write(path, text.as_bytes())?;
-            output::print(&format!("{}\n", path.display()))
-        }
-        None => output::print_raw(&text),
-    }
-}
-
-/// Says which file so many rows were written to, if it was one.
-fn written(args: &QueryArgs, rows: u64) -> Result<Finish> {
-    if args.filter.is_some() && rows == 0 {
+    if args.filter.is_some() && count == 0 {
         output::say("no row matches");
     }
-    match &args.output {
+    match path {
         Some(path) => output::print(&format!("{}\n", path.display())),
         None => Ok(Finish::AllDone),
     }

@@ -6,7 +6,7 @@ mod gc;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use answers::{AnswerError, Proof, Results, RowSource, Selection, bracket_ends, proof};
+use answers::{AnswerError, Proof, Results, RowSource, Selection, bracket_ends, proof, survey};
 use anyhow::{Context, Result, anyhow};
 use contact::uniqueness::Question;
 use contact::uniqueness::monotony::{Contradiction, contradictions};
@@ -24,7 +24,8 @@ use crate::kept_study::KeptStudy;
 use crate::merge_rules::{RULES, references};
 use crate::output::{self, Finish};
 use crate::stored::{StoreSource, read_store, stored_large_study};
-use crate::study_table::{StudyTable, TableProof};
+use crate::study_table::StudyTable;
+use crate::table_proof::TableProof;
 use crate::words::count;
 use crate::{merged, proposal};
 
@@ -232,6 +233,10 @@ fn has_rows_of(table: &StudyTable, study: Study, source: &StoreSource<'_>) -> Re
         let Some(usual) = table.usual_columns() else { return Ok(true) };
         Ok(results.usual_columns(false)? == usual)
     };
+    if study.has_independent_points() {
+        survey(&study, source, Some(&proof))?;
+        return Ok(proof.holds());
+    }
     if study.adaptive().is_some() || table.usual_columns().is_some() {
         let results = Results::read(study, source)?;
         results.keep_rows(&proof);

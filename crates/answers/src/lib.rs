@@ -75,10 +75,12 @@ pub use perform::Performed;
 pub use place::StudyPlace;
 pub use progress::{FailedResult, Failures, Progress};
 pub use records::{RecordMap, Records, RecordsError};
-pub use results::{FigureRows, Results};
+pub use results::{FigureRows, POINTS_IN_MEMORY, Results};
 pub use selection::{RowSource, Selection};
+pub use survey::survey;
 pub use tabled::{
-    ROWS_OF_A_BLOCK, RowKeeper, TabledColumn, TabledRows, cells_of_account, tabled_columns,
+    ROWS_OF_A_BLOCK, RowKeeper, SurveyNotes, TabledColumn, TabledRows, cells_of_account,
+    tabled_columns,
 };
 pub use undrawn::Undrawn;
 pub use warnings::{Warning, warnings};

@@ -5,7 +5,6 @@ use std::collections::HashSet;
 
 use report::{Cell, DataTable, TableColumn, TableError};
 use study::columns::{Compared, Role, Row, along_path, find};
-use study::figure::FigureKind;
 use study::{Adaptive, Column, Figure, Kind, Record, Study, StudyPoint};
 
 use crate::accounts::{Accounts, ComputingRun};
@@ -19,19 +18,19 @@ use crate::path::path_columns;
 use crate::progress::{Failures, Progress};
 use crate::records::{RecordMap, Records};
 use crate::rows::{heads, increments, row};
-use crate::survey::{POINTS_AT_ONCE, Survey, has_file};
-use crate::tabled::{RowKeeper, tabled_columns};
+use crate::survey::{POINTS_AT_ONCE, Survey, Surveyor, has_file, usual_names};
+use crate::tabled::{RowKeeper, SurveyNotes, TabledRows, tabled_columns};
 use crate::undrawn::{IS_CERTIFIED, Undrawn, only_certified};
-use crate::variation::{Variation, noise, variation};
+use crate::variation::{FigureRanges, answering_figures, columns_of, first_varying, noise};
 use crate::warnings::{RequiredError, Subject, Warning, of_elements, of_estimates, of_interiors};
 
 /// The number of points above which the results of a plain study are read in blocks.
-const POINTS_IN_MEMORY: usize = 16_384;
+pub const POINTS_IN_MEMORY: usize = 16_384;
 
 /// The points of a study, with the records that their jobs have left.
 pub struct Results<'r> {
     study: Study,
-    held: HeldResults,
+    held: HeldResults<'r>,
     findings: Vec<Finding>,
     source: &'r dyn Records,
     /// The comparison of the points, made when it is first asked for: it reads the fields of many
@@ -44,11 +43,11 @@ pub struct Results<'r> {
 }
 
 /// The points and records of a study as far as they are in memory.
-enum HeldResults {
+enum HeldResults<'r> {
     /// All of them.
     Whole { points: Vec<StudyPoint>, records: RecordMap },
     /// None of them: they were surveyed, block by block.
-    Survey(Box<Survey>),
+    Survey(Box<Survey<'r>>),
 }
 
 /// The rows that a figure is drawn from, and the points that are missing among them.
@@ -91,16 +90,28 @@ impl<'r> Results<'r> {
         study: Study,
         source: &'r dyn Records,
     ) -> Result<Self, AnswerError> {
-        if !study.is_plain() || study.point_count() <= most {
+        if !study.has_independent_points() || study.point_count() <= most {
             return Self::read(study, source);
         }
         let survey = Box::new(Survey::of(&study, source)?);
         Ok(Self::holding(study, HeldResults::Survey(survey), Vec::new(), source))
     }
 
+    /// Takes a table of a study whose points are compared with nothing for its results, with what
+    /// was noted of them when it was made. What the table does not have is read from `source`.
+    pub fn of_table(
+        study: Study,
+        notes: SurveyNotes,
+        table: &'r dyn TabledRows,
+        source: &'r dyn Records,
+    ) -> Self {
+        let survey = Box::new(Survey::of_table(notes, table));
+        Self::holding(study, HeldResults::Survey(survey), Vec::new(), source)
+    }
+
     fn holding(
         study: Study,
-        held: HeldResults,
+        held: HeldResults<'r>,
         findings: Vec<Finding>,
         source: &'r dyn Records,
     ) -> Self {
@@ -146,23 +157,29 @@ impl<'r> Results<'r> {
     pub fn has_files(&self) -> bool {
         match &self.held {
             HeldResults::Whole { .. } => self.of_points().any(has_file),
-            HeldResults::Survey(survey) => survey.has_files,
+            HeldResults::Survey(survey) => survey.notes.has_files,
         }
     }
 
     /// Returns the jobs that have ended without a solution.
-    pub fn failures(&self) -> Failures {
+    ///
+    /// # Errors
+    /// They are not known yet, and a record cannot be read.
+    pub fn failures(&self) -> Result<Failures, AnswerError> {
         if let HeldResults::Survey(survey) = &self.held {
-            return survey.failures.clone();
+            return survey.failures(&self.study, self.source);
         }
         let mut failures = Failures::default();
         self.of_points().for_each(|record| failures.add(record, usize::MAX));
-        failures
+        Ok(failures)
     }
 
     /// Returns the accounts of the runs that computed the results.
     pub fn accounts(&self) -> &Accounts {
         self.accounts.get_or_init(|| {
+            if let HeldResults::Survey(survey) = &self.held {
+                return survey.accounts();
+            }
             let mut accounts = Accounts::default();
             accounts.read(self.records().into_iter().flat_map(RecordMap::values), self.source);
             accounts
@@ -192,7 +209,7 @@ impl<'r> Results<'r> {
     pub fn progress(&self) -> Progress {
         match &self.held {
             HeldResults::Whole { points, records } => Progress::of(&self.study, points, records),
-            HeldResults::Survey(survey) => survey.progress,
+            HeldResults::Survey(survey) => survey.notes.progress(&self.study),
         }
     }
 
@@ -207,7 +224,7 @@ impl<'r> Results<'r> {
     /// compare meshes have coarse ones on purpose, and their errors are in the answers.
     pub fn warnings(&self) -> Vec<Warning> {
         if let HeldResults::Survey(survey) = &self.held {
-            return survey.warnings();
+            return survey.notes.warnings.clone();
         }
         let of = |points: &[&StudyPoint]| {
             points.iter().filter_map(|point| self.record(point)).collect::<Vec<&Record>>()
@@ -405,8 +422,13 @@ impl<'r> Results<'r> {
         let HeldResults::Whole { points, records } = &self.held else { return };
         let (columns, accounts) = (tabled_columns(&self.study), self.accounts());
         keeper.begin(&columns);
-        ResultBlock { points, records, accounts }.keep(&columns, keeper);
-        keeper.end(accounts);
+        let block = ResultBlock { points, records, accounts };
+        block.keep(&columns, keeper);
+        let notes = Surveyor::of(&self.study).and_then(|mut surveyor| {
+            surveyor.add(&block).ok()?;
+            surveyor.notes().ok()
+        });
+        keeper.end(accounts, notes.as_ref());
     }
 
     /// Returns the usual columns of every point.
@@ -428,43 +450,21 @@ impl<'r> Results<'r> {
         if let Some(figures) = self.figures.get() {
             return Ok(figures);
         }
-        let figures = match self.study.suggestions() {
-            // So many points make no figure.
-            _ if !self.study.is_listed() => Vec::new(),
-            [] => self.study.figures().to_vec(),
-            // What moves nothing is an answer as well.
-            suggestions
-                if suggestions.iter().all(|figure| figure.kind == FigureKind::Sensitivity) =>
-            {
-                suggestions.to_vec()
-            }
-            suggestions => self.varying(suggestions)?.into_iter().collect(),
-        };
+        let figures = answering_figures(&self.study, |suggestions| self.varying(suggestions))?;
         Ok(self.figures.get_or_init(|| figures))
     }
 
     /// Returns the first of some figures that shows something that varies, without columns that do
     /// not; the first of all as long as no curve has two points.
     fn varying(&self, suggestions: &[Figure]) -> Result<Option<Figure>, AnswerError> {
-        let names = suggestions.iter().flat_map(|figure| {
-            let apart = figure.series.iter().chain(&figure.panels).chain(&figure.names);
-            figure.shown().chain([&figure.x]).chain(apart)
-        });
-        let mentions: Vec<&str> = names.map(String::as_str).chain(["status"]).collect();
-        let table = self.table(&mentions)?.filter(IS_CERTIFIED)?;
+        let table = self.table(&columns_of(suggestions))?.filter(IS_CERTIFIED)?;
         let noise = match &self.held {
             HeldResults::Whole { points, .. } => noise(points),
-            HeldResults::Survey(survey) => survey.noise,
+            HeldResults::Survey(survey) => survey.notes.noise,
         };
-        let mut is_known = false;
-        for figure in suggestions {
-            match variation(&table, figure, noise)? {
-                Variation::Varies(figure) => return Ok(Some(*figure)),
-                Variation::Constant => is_known = true,
-                Variation::Unknown => {}
-            }
-        }
-        Ok(suggestions.first().filter(|_| !is_known).cloned())
+        let mut ranges: Vec<FigureRanges<'_>> = suggestions.iter().map(FigureRanges::of).collect();
+        ranges.iter_mut().try_for_each(|ranges| ranges.add(&table))?;
+        Ok(first_varying(&ranges, noise))
     }
 
     /// Returns the rows that a figure is drawn from, those for which `filter` holds: the points, or
@@ -486,6 +486,14 @@ impl<'r> Results<'r> {
         let table = if figure.steps {
             self.increments()?.filter(IS_CERTIFIED)?
         } else {
+            if let HeldResults::Survey(_) = &self.held {
+                // Of these rows only some columns are made, and all are told from.
+                let all = DataTable::new(heads(&self.study.columns()), Vec::new())?;
+                let apart = series.iter().chain(panels).chain(names);
+                for name in [x].into_iter().chain(drawn()).chain(apart).filter(|n| !n.is_empty()) {
+                    all.column(name).map_err(TableError::from)?;
+                }
+            }
             let columns = [x].into_iter().chain(series).chain(panels).chain(names);
             let columns = columns.chain(drawn()).map(String::as_str).chain(["status"]);
             self.table(&columns.chain(filter).collect::<Vec<_>>())?
@@ -543,40 +551,14 @@ impl<'r> Results<'r> {
     /// # Errors
     /// The fields of a record that is compared cannot be read.
     pub fn usual_columns(&self, steps: bool) -> Result<Vec<String>, AnswerError> {
-        let columns = self.study.columns();
-        let axes = columns.iter().filter(|column| column.role == Role::Axis);
-        let mut names: Vec<String> = axes.map(|column| column.name.to_string()).collect();
-        let figures = self.figures()?.iter().filter(|figure| steps || !figure.steps);
-        let of_figures: Vec<String> = figures
-            .flat_map(|figure| {
-                let x = Some(&figure.x).filter(|x| !x.is_empty());
-                x.into_iter().chain(&figure.y).chain(figure.band.iter().flatten())
-            })
-            .cloned()
-            .collect();
-        let names_after = if steps {
-            // The place on the path comes first.
-            let path = match &self.held {
-                HeldResults::Whole { points, .. } => path_columns(points),
-                HeldResults::Survey(_) => path_columns(&self.study.points()),
-            };
-            [path, of_figures]
-        } else {
-            let usual = self.study.kind().usual_columns().iter().copied();
-            let further: Vec<&str> = match &self.held {
-                HeldResults::Whole { points, .. } => {
-                    points.iter().flat_map(|point| point.job.asked_columns()).collect()
-                }
-                HeldResults::Survey(survey) => survey.requests.clone(),
-            };
-            [of_figures, usual.chain(further).map(str::to_owned).collect()]
+        let points = match &self.held {
+            HeldResults::Whole { points, .. } => points,
+            HeldResults::Survey(survey) => return Ok(survey.notes.usual_columns(steps).to_vec()),
         };
-        for name in names_after.into_iter().flatten() {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        Ok(names)
+        let path = steps.then(|| path_columns(points));
+        let requests: Vec<&str> =
+            points.iter().flat_map(|point| point.job.asked_columns()).collect();
+        Ok(usual_names(&self.study, self.figures()?, path, &requests))
     }
 
     fn comparison(&self) -> Result<&Comparison, AnswerError> {

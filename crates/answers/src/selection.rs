@@ -14,7 +14,8 @@ use crate::error::AnswerError;
 use crate::records::Records;
 use crate::results::Results;
 use crate::rows::{heads, increments};
-use crate::tabled::{RowKeeper, TabledRows, tabled_columns};
+use crate::survey::Surveyor;
+use crate::tabled::{RowKeeper, TabledRows, rows_of_table, tabled_columns};
 
 /// The points whose results are read at a time where a table is made in blocks: 16 384 take some
 /// 100 MiB with every column.
@@ -242,15 +243,22 @@ impl Selection {
             RowSource::Records { records, keeper } => {
                 let tabled = tabled_columns(study);
                 keeper.into_iter().for_each(|keeper| keeper.begin(&tabled));
+                let mut surveyor = keeper.and_then(|_| Surveyor::of(study));
                 let accounts = block::visit(study, records, POINTS_AT_ONCE, &mut |block| {
                     keeper.into_iter().for_each(|keeper| block.keep(&tabled, keeper));
+                    if let Some(surveyor) = &mut surveyor {
+                        surveyor.add(&block)?;
+                    }
                     add(match self.steps {
                         true => increments(&columns, block.accounts, block.computed())?,
                         false => DataTable::new(heads(&columns), block.rows(&columns))
                             .map_err(AnswerError::from)?,
                     })
                 })?;
-                keeper.filter(|_| goes_on).into_iter().for_each(|keeper| keeper.end(&accounts));
+                if let Some(keeper) = keeper.filter(|_| goes_on) {
+                    let notes = surveyor.map(Surveyor::notes).transpose()?;
+                    keeper.end(&accounts, notes.as_ref());
+                }
                 accounts
             }
             RowSource::Table(table) => {
@@ -303,19 +311,6 @@ impl Selection {
         let columns: Result<Vec<_>, AnswerError> = self.columns.iter().map(typed).collect();
         columns.map_err(|error| suggested(error, study))
     }
-}
-
-/// Reads some rows of a table, with some of its columns.
-fn rows_of_table(
-    table: &dyn TabledRows,
-    columns: &[Column],
-    rows: &[usize],
-) -> Result<DataTable, AnswerError> {
-    let number = |column: &Column| table.columns().iter().position(|has| has.name == column.name);
-    let numbers: Option<Vec<usize>> = columns.iter().map(number).collect();
-    let numbers = numbers.ok_or(AnswerError::Inconsistent("the table lacks a column"))?;
-    let rows = table.rows(&numbers, rows).map_err(AnswerError::Records)?;
-    Ok(DataTable::new(heads(columns), rows)?)
 }
 
 /// Returns the error about a column that is not there with the column that others call so, unless

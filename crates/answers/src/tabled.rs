@@ -1,12 +1,15 @@
 //! The rows of a study as a table that is kept beside its records.
 
 use identity::JobKey;
-use report::{Cell, CellType};
+use report::{Cell, CellType, DataTable};
+use serde::{Deserialize, Serialize};
 use study::{Column, RunAccount, Study};
 
 use crate::accounts::Accounts;
+use crate::error::AnswerError;
 use crate::records::RecordsError;
-use crate::rows::cell;
+use crate::rows::{cell, heads};
+use crate::warnings::Warning;
 
 /// The number of rows that are kept at once.
 pub const ROWS_OF_A_BLOCK: usize = 1024;
@@ -18,6 +21,33 @@ pub struct TabledColumn {
     pub name: String,
     /// The type of its cells; `None` if they are of several types, or all missing.
     pub cells: Option<CellType>,
+}
+
+/// The knowledge of the results of a study whose points are compared with nothing that its rows do
+/// not have, or that it takes long to read from them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SurveyNotes {
+    /// The number of points that are solved.
+    pub(crate) done: usize,
+    /// The number of points whose job has ended without a solution.
+    pub(crate) failed: usize,
+    /// The number of points without a result.
+    pub(crate) left: usize,
+    pub(crate) warnings: Vec<Warning>,
+    /// The relative change below which a quantity counts as constant.
+    pub(crate) noise: f64,
+    /// Some record has its fields in a file.
+    pub(crate) has_files: bool,
+    /// The usual columns of the points, and of their increments.
+    pub(crate) usual: [Vec<String>; 2],
+}
+
+impl SurveyNotes {
+    /// Returns the columns that answer the question at a glance, of the points or of their
+    /// increments (`steps`).
+    pub fn usual_columns(&self, steps: bool) -> &[String] {
+        &self.usual[usize::from(steps)]
+    }
 }
 
 /// A table of every point of a study, in their order, that was made of its records.
@@ -35,7 +65,7 @@ pub trait TabledRows {
     /// The table is damaged, or cannot be read.
     fn rows(&self, columns: &[usize], rows: &[usize]) -> Result<Vec<Vec<Cell>>, RecordsError>;
 
-    /// Returns the numbers of the rows of a job in ascending order. There may be others among them.
+    /// Returns the numbers of the rows of a job in ascending order.
     ///
     /// # Errors
     /// The table is damaged, or cannot be read.
@@ -57,8 +87,22 @@ pub trait RowKeeper {
     /// them, or fewer at the end.
     fn keep(&self, keys: &[JobKey], rows: &[Vec<Cell>]);
 
-    /// Ends the table, which has all points, with the accounts of the runs that computed them.
-    fn end(&self, accounts: &Accounts);
+    /// Ends the table, which has all points, with the accounts of the runs that computed them, and
+    /// with what is known of the results beside.
+    fn end(&self, accounts: &Accounts, notes: Option<&SurveyNotes>);
+}
+
+/// Reads some rows of a table, with some of its columns.
+pub(crate) fn rows_of_table(
+    table: &dyn TabledRows,
+    columns: &[Column],
+    rows: &[usize],
+) -> Result<DataTable, AnswerError> {
+    let number = |column: &Column| table.columns().iter().position(|has| has.name == column.name);
+    let numbers: Option<Vec<usize>> = columns.iter().map(number).collect();
+    let numbers = numbers.ok_or(AnswerError::Inconsistent("the table lacks a column"))?;
+    let rows = table.rows(&numbers, rows).map_err(AnswerError::Records)?;
+    Ok(DataTable::new(heads(columns), rows)?)
 }
 
 /// Returns the columns of a study that a table has: those whose values follow from a point and its

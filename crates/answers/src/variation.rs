@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use report::{Cell, DataTable, TableError};
 use study::figure::FigureKind;
-use study::{Figure, StudyPoint};
+use study::{Figure, Study, StudyPoint};
 
 use crate::error::AnswerError;
 
@@ -37,91 +37,170 @@ pub(crate) fn noise(points: &[StudyPoint]) -> f64 {
 
 /// The value of a cell, by which rows are told apart. Numbers are the same if all their bits are.
 #[derive(PartialEq, Eq, Hash)]
-enum CellIdentity<'c> {
+enum CellIdentity {
     Number(u64),
     Integer(i64),
     Flag(bool),
-    Text(&'c str),
+    Text(String),
     Missing,
 }
 
-impl CellIdentity<'_> {
-    fn of(cell: &Cell) -> CellIdentity<'_> {
+impl CellIdentity {
+    fn of(cell: &Cell) -> CellIdentity {
         match cell {
             Cell::Number(number) => CellIdentity::Number(number.to_bits()),
             Cell::Integer(integer) => CellIdentity::Integer(*integer),
             Cell::Flag(yes) => CellIdentity::Flag(*yes),
-            Cell::Text(text) => CellIdentity::Text(text),
+            Cell::Text(text) => CellIdentity::Text(text.clone()),
             Cell::Missing => CellIdentity::Missing,
         }
     }
 }
 
-/// Looks for columns of a figure that vary by more than a relative `noise` along some curve. The
-/// rows of the table are certified results.
-pub(crate) fn variation(
-    table: &DataTable,
-    figure: &Figure,
-    noise: f64,
-) -> Result<Variation, AnswerError> {
-    let index = |name: &String| table.column(name).map_err(TableError::from);
-    let x = index(&figure.x)?;
-    if figure.kind == FigureKind::Histogram {
-        return Ok(spread(table, figure, x, noise));
-    }
-    let apart = figure.series.iter().chain(&figure.panels);
-    let apart = apart.map(index).collect::<Result<Vec<usize>, _>>()?;
-    let mut curves: HashMap<Vec<CellIdentity<'_>>, Vec<&[Cell]>> = HashMap::new();
-    for row in table.rows().iter().filter(|row| row[x].number().is_some()) {
-        let curve = apart.iter().map(|column| CellIdentity::of(&row[*column])).collect();
-        curves.entry(curve).or_default().push(row);
-    }
-    let has_two = |rows: &&Vec<&[Cell]>| rows.iter().any(|row| row[x] != rows[0][x]);
-    let curves: Vec<&Vec<&[Cell]>> = curves.values().filter(has_two).collect();
-    if curves.is_empty() {
-        return Ok(Variation::Unknown);
-    }
-    let varies = |name: &String| -> Result<bool, AnswerError> {
-        let y = index(name)?;
-        Ok(curves.iter().any(|rows| {
-            let values = || rows.iter().filter_map(|row| row[y].number()).filter(|v| v.is_finite());
-            let (least, most) = (
-                values().fold(f64::INFINITY, f64::min),
-                values().fold(f64::NEG_INFINITY, f64::max),
-            );
-            most - least > noise * least.abs().max(most.abs())
-        }))
-    };
-    let mut shown = Vec::new();
-    for name in &figure.y {
-        if varies(name)? {
-            shown.push(name.clone());
-        }
-    }
-    let has_band = match &figure.band {
-        Some([low, high]) => varies(low)? || varies(high)?,
-        None => false,
-    };
-    if shown.is_empty() && !has_band {
-        return Ok(Variation::Constant);
-    }
-    let band = figure.band.clone().filter(|_| has_band);
-    Ok(Variation::Varies(Box::new(Figure { y: shown, band, ..figure.clone() })))
+/// The range of some finite values.
+#[derive(Clone, Copy)]
+struct Range {
+    least: f64,
+    most: f64,
+    count: usize,
 }
 
-/// Looks for variation among the values that a histogram counts, which are those of column `x`.
-fn spread(table: &DataTable, figure: &Figure, x: usize, noise: f64) -> Variation {
-    let values = table.rows().iter().filter_map(|row| row[x].number()).filter(|x| x.is_finite());
-    let values: Vec<f64> = values.collect();
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    match values.len() {
-        0 | 1 => Variation::Unknown,
-        _ if most - least > noise * least.abs().max(most.abs()) => {
-            Variation::Varies(Box::new(figure.clone()))
+impl Range {
+    const EMPTY: Range = Range { least: f64::INFINITY, most: f64::NEG_INFINITY, count: 0 };
+
+    fn add(&mut self, cell: &Cell) {
+        if let Some(value) = cell.number().filter(|value| value.is_finite()) {
+            self.least = self.least.min(value);
+            self.most = self.most.max(value);
+            self.count += 1;
         }
-        _ => Variation::Constant,
     }
+
+    /// Returns whether the values differ by more than a relative `noise`.
+    fn varies(&self, noise: f64) -> bool {
+        self.most - self.least > noise * self.least.abs().max(self.most.abs())
+    }
+}
+
+/// The rows of a curve.
+struct CurveRanges {
+    /// The abscissa of the first row.
+    first: Cell,
+    /// Another row has another abscissa.
+    has_two: bool,
+    /// The ranges of the columns along y, and of the ends of the band.
+    ranges: Vec<Range>,
+}
+
+/// The ranges of what a figure shows along its curves, of rows that are added a few at a time.
+pub(crate) struct FigureRanges<'f> {
+    figure: &'f Figure,
+    /// The range of the abscissa.
+    x: Range,
+    curves: HashMap<Vec<CellIdentity>, CurveRanges>,
+}
+
+impl<'f> FigureRanges<'f> {
+    /// Returns those of no row.
+    pub(crate) fn of(figure: &'f Figure) -> Self {
+        FigureRanges { figure, x: Range::EMPTY, curves: HashMap::new() }
+    }
+
+    /// Adds rows, which are certified results.
+    pub(crate) fn add(&mut self, table: &DataTable) -> Result<(), AnswerError> {
+        let figure = self.figure;
+        let index = |name: &String| table.column(name).map_err(TableError::from);
+        let indices = |names: &mut dyn Iterator<Item = &String>| {
+            names.map(index).collect::<Result<Vec<usize>, _>>()
+        };
+        let x = index(&figure.x)?;
+        if figure.kind == FigureKind::Histogram {
+            table.rows().iter().for_each(|row| self.x.add(&row[x]));
+            return Ok(());
+        }
+        let apart = indices(&mut figure.series.iter().chain(&figure.panels))?;
+        let shown = indices(&mut figure.y.iter().chain(figure.band.iter().flatten()))?;
+        for row in table.rows().iter().filter(|row| row[x].number().is_some()) {
+            let curve = apart.iter().map(|column| CellIdentity::of(&row[*column])).collect();
+            let curve = self.curves.entry(curve).or_insert_with(|| CurveRanges {
+                first: row[x].clone(),
+                has_two: false,
+                ranges: vec![Range::EMPTY; shown.len()],
+            });
+            curve.has_two |= row[x] != curve.first;
+            let values = shown.iter().map(|column| &row[*column]);
+            curve.ranges.iter_mut().zip(values).for_each(|(range, value)| range.add(value));
+        }
+        Ok(())
+    }
+
+    /// Returns what varies by more than a relative `noise` along some curve.
+    pub(crate) fn variation(&self, noise: f64) -> Variation {
+        let figure = self.figure;
+        if figure.kind == FigureKind::Histogram {
+            return match self.x.count {
+                0 | 1 => Variation::Unknown,
+                _ if self.x.varies(noise) => Variation::Varies(Box::new(figure.clone())),
+                _ => Variation::Constant,
+            };
+        }
+        let curves = || self.curves.values().filter(|curve| curve.has_two);
+        if curves().next().is_none() {
+            return Variation::Unknown;
+        }
+        let varies = |place: usize| curves().any(|curve| curve.ranges[place].varies(noise));
+        let names = figure.y.iter().enumerate();
+        let shown = names.filter(|(place, _)| varies(*place)).map(|(_, name)| name.clone());
+        let shown: Vec<String> = shown.collect();
+        let ends = figure.band.iter().flatten().enumerate();
+        let has_band = ends.map(|(end, _)| figure.y.len() + end).any(varies);
+        if shown.is_empty() && !has_band {
+            return Variation::Constant;
+        }
+        let band = figure.band.clone().filter(|_| has_band);
+        Variation::Varies(Box::new(Figure { y: shown, band, ..figure.clone() }))
+    }
+}
+
+/// Returns the first of some figures that shows something that varies, without columns that do not;
+/// the first of all as long as no curve has two points. `ranges` are theirs.
+pub(crate) fn first_varying(ranges: &[FigureRanges<'_>], noise: f64) -> Option<Figure> {
+    let mut is_known = false;
+    for of_figure in ranges {
+        match of_figure.variation(noise) {
+            Variation::Varies(figure) => return Some(*figure),
+            Variation::Constant => is_known = true,
+            Variation::Unknown => {}
+        }
+    }
+    ranges.first().filter(|_| !is_known).map(|of_figure| of_figure.figure.clone())
+}
+
+/// Returns the figures that answer a study's question: those of its file, else the one that
+/// `varying` chooses of those that are suggested. There is none if nothing varies.
+pub(crate) fn answering_figures(
+    study: &Study,
+    varying: impl FnOnce(&[Figure]) -> Result<Option<Figure>, AnswerError>,
+) -> Result<Vec<Figure>, AnswerError> {
+    Ok(match study.suggestions() {
+        // So many points make no figure.
+        _ if !study.is_listed() => Vec::new(),
+        [] => study.figures().to_vec(),
+        // What moves nothing is an answer as well.
+        suggestions if suggestions.iter().all(|figure| figure.kind == FigureKind::Sensitivity) => {
+            suggestions.to_vec()
+        }
+        suggestions => varying(suggestions)?.into_iter().collect(),
+    })
+}
+
+/// Returns the names of the columns from which it follows what some figures show.
+pub(crate) fn columns_of(figures: &[Figure]) -> Vec<&str> {
+    let names = figures.iter().flat_map(|figure| {
+        let apart = figure.series.iter().chain(&figure.panels).chain(&figure.names);
+        figure.shown().chain([&figure.x]).chain(apart)
+    });
+    names.map(String::as_str).chain(["status"]).collect()
 }
 
 #[cfg(test)]
@@ -135,7 +214,14 @@ mod tests {
         let heads = ["x", "s", "a", "b"].map(|name| TableColumn::new(name, "")).to_vec();
         let table = DataTable::new(heads, rows.iter().map(|row| row.to_vec()).collect()).unwrap();
         let figure = Figure::new("x".to_owned(), vec!["a".to_owned(), "b".to_owned()]);
-        variation(&table, &Figure { series: vec!["s".to_owned()], ..figure }, 1e-6).unwrap()
+        let figure = Figure { series: vec!["s".to_owned()], ..figure };
+        let mut ranges = FigureRanges::of(&figure);
+        // The rows come one at a time.
+        for row in table.rows() {
+            let one = DataTable::new(table.columns().to_vec(), vec![row.clone()]).unwrap();
+            ranges.add(&one).unwrap();
+        }
+        ranges.variation(1e-6)
     }
 
     fn row(x: f64, s: &str, a: f64, b: Option<f64>) -> [Cell; 4] {

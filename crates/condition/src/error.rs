@@ -5,7 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 /// The length of the longest expression, in bytes.
-pub(crate) const LONGEST: usize = 4096;
+pub(crate) const LONGEST: usize = 16_384;
 
 /// A column that was asked for is not in the table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

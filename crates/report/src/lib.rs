@@ -69,5 +69,5 @@ pub use plot::{
 pub use png::{PngError, png};
 pub use table::{
     Cell, CellType, DataTable, ParquetFault, ParquetFile, TableColumn, TableError, TerminalLayout,
-    TypedColumn, WiderCell, packed_cells, unpacked_cells,
+    TypedColumn, WiderCell, packed_cells, picked_cells, set_in_blocks, unpacked_cells,
 };

@@ -10,11 +10,13 @@ mod json;
 mod packed;
 mod parquet;
 mod rows;
+mod setting;
 mod terminal;
 
 pub use cell::Cell;
 pub use error::TableError;
-pub use packed::{packed_cells, unpacked_cells};
+pub use packed::{packed_cells, picked_cells, unpacked_cells};
 pub use parquet::{CellType, ParquetFault, ParquetFile, TypedColumn, WiderCell};
 pub use rows::{DataTable, TableColumn};
-pub use terminal::TerminalLayout;
+pub use setting::TerminalLayout;
+pub use terminal::set_in_blocks;

@@ -15,6 +15,7 @@ use std::sync::Arc;
 use identity::KeptFields;
 
 use crate::access;
+use crate::compression;
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{ReadError, WriteError};
@@ -399,13 +400,13 @@ impl Blobs {
 
 /// Returns the content of fields that a record keeps itself.
 fn inside(compressed: &[u8]) -> Result<Vec<u8>, ReadError> {
-    zstd::bulk::decompress(compressed, INLINE_CONTENT_LIMIT)
+    compression::decompress(compressed, INLINE_CONTENT_LIMIT)
         .map_err(|error| ReadError::Inside { reason: error.to_string() })
 }
 
 /// Compresses `content` in one call, for which zstd reserves less memory than for a stream.
 fn compress(content: &[u8]) -> io::Result<Vec<u8>> {
-    zstd::bulk::compress(content, LEVEL)
+    compression::compress(content, LEVEL)
 }
 
 #[cfg(test)]

@@ -51,6 +51,7 @@
 mod access;
 mod blob;
 mod collection;
+mod compression;
 mod connection;
 mod core;
 mod database;

@@ -12,7 +12,7 @@
 //!          if that is not shorter
 //! places   of each column, for each of its pieces: position u64, length u32, length of the cells
 //!          u32, the first 16 bytes of BLAKE3
-//! pages    of 512 entries in the order of the keys: the first 8 bytes of a job's key, its row u64
+//! pages    of 128 entries in the order of the keys: a job's key, its row u64
 //! head     bincode: words of the caller, the number of rows, the digests of places and pages
 //! ```
 //!
@@ -30,6 +30,7 @@ use serde::{Deserialize, Serialize};
 use tempfile::NamedTempFile;
 
 use crate::access::{inherit_owner, open_to_read};
+use crate::compression::{compress, decompress};
 use crate::digest::Digest;
 use crate::durable::{self, UNFINISHED_PREFIX};
 use crate::error::WriteError;
@@ -53,10 +54,10 @@ const PLACE: usize = 32;
 const SUM: usize = 16;
 
 /// The length of an entry of a page \[bytes\].
-const ENTRY: usize = 16;
+const ENTRY: usize = KEY + 8;
 
 /// The number of entries of a page.
-const ENTRIES: usize = 512;
+const ENTRIES: usize = 128;
 
 /// The number of bytes after which the writer of a table looks for room again. A full disk would
 /// be the end of a run that writes to it.
@@ -91,7 +92,7 @@ struct ColumnPlaces {
 
 #[derive(Serialize, Deserialize)]
 struct KeyPage {
-    /// The beginning of the first key.
+    /// The first eight bytes of the first key.
     first: u64,
     sum: [u8; SUM],
 }
@@ -187,7 +188,7 @@ impl KeptTable {
         if bytes.len() == length {
             return Ok(bytes);
         }
-        let cells = zstd::bulk::decompress(&bytes, length)?;
+        let cells = decompress(&bytes, length)?;
         if cells.len() == length { Ok(cells) } else { Err(damaged("has a piece cut short")) }
     }
 
@@ -231,14 +232,14 @@ impl KeptTable {
         Ok(places.get_or_init(|| bytes.as_chunks().0.to_vec()))
     }
 
-    /// Returns the rows of the jobs whose keys begin like this one, in ascending order.
+    /// Returns the rows of the job with a key, in ascending order.
     ///
     /// # Errors
     /// The pages of keys are damaged, or cannot be read.
     pub fn rows_of(&self, key: &JobKey) -> io::Result<Vec<usize>> {
         let sought = beginning(&key.0);
         let pages = &self.head.pages;
-        // Entries that begin alike may go on over several pages, and begin in one before.
+        // Entries of a key may go on over several pages, and begin in one before.
         let first = pages.partition_point(|page| page.first < sought).saturating_sub(1);
         let mut rows = Vec::new();
         for (number, page) in pages.iter().enumerate().skip(first) {
@@ -254,8 +255,8 @@ impl KeptTable {
                 return Err(damaged("has a page of keys that differs from what was written"));
             }
             for entry in bytes.as_chunks::<ENTRY>().0 {
-                let row = beginning(&entry[8..]);
-                if beginning(entry) == sought && row < self.head.rows {
+                let row = beginning(&entry[KEY..]);
+                if entry[..KEY] == key.0 && row < self.head.rows {
                     rows.push(row as usize);
                 }
             }
@@ -288,7 +289,6 @@ pub struct TableBuilder {
     places: Vec<Vec<[u8; PLACE]>>,
     keys: RowSorter<{ KEY + 8 }>,
     rows: u64,
-    compressor: zstd::bulk::Compressor<'static>,
 }
 
 impl TableBuilder {
@@ -315,8 +315,6 @@ impl TableBuilder {
             places: vec![Vec::new(); columns],
             keys: RowSorter::new(&folder),
             rows: 0,
-            // The fastest level: numbers of 53 random bits hardly shrink at any.
-            compressor: zstd::bulk::Compressor::new(1)?,
         })
     }
 
@@ -334,7 +332,8 @@ impl TableBuilder {
             if cells.len() > PIECE_LIMIT {
                 return Err(io::Error::other("a piece of the table is too large"));
             }
-            let short = self.compressor.compress(cells)?;
+            // The fastest level: numbers of 53 random bits hardly shrink at any.
+            let short = compress(cells, 1)?;
             let stored: &[u8] = if short.len() < cells.len() { &short } else { cells };
             let mut place = [0; PLACE];
             place[..8].copy_from_slice(&self.position.to_le_bytes());
@@ -411,8 +410,7 @@ impl TableBuilder {
         loop {
             let goes_on = sorted.next_job(&mut rows)?;
             for row in &rows {
-                page.extend_from_slice(&row[..8]);
-                page.extend_from_slice(&row[KEY..]);
+                page.extend_from_slice(row);
                 if page.len() == ENTRIES * ENTRY {
                     pages.push(KeyPage { first: beginning(&page), sum: sum_of(&page) });
                     self.write(&std::mem::take(&mut page))?;

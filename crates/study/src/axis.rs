@@ -370,15 +370,31 @@ fn level(step: usize, length: usize) -> u32 {
     (0..u64::BITS).find(is_on).unwrap_or(u64::BITS)
 }
 
-/// Returns the level of a point: that of its finest step along an axis of numbers. The points up to
-/// any level are a coarse grid of all axes, and the first half, quarter and so on of a sample.
-pub(crate) fn point_level(groups: &[Group], steps: &[usize]) -> u32 {
-    let levels = groups.iter().zip(steps).map(|(group, step)| match group.design {
-        Some(_) => usize::BITS - step.leading_zeros(),
-        None if group.axes.iter().any(SweepAxis::is_numeric) => level(*step, group.length),
-        None => 0,
-    });
-    levels.max().unwrap_or(0)
+/// The levels of the points of a study. The points up to any level are a coarse grid of all axes,
+/// and the first half, quarter and so on of a sample.
+pub struct PointLevels<'s> {
+    groups: &'s [Group],
+    /// Some axis of each group is of numbers, which is seen of all of its values.
+    are_numeric: Vec<bool>,
+}
+
+impl<'s> PointLevels<'s> {
+    pub(crate) fn of(groups: &'s [Group]) -> Self {
+        let is_numeric = |group: &Group| group.axes.iter().any(SweepAxis::is_numeric);
+        PointLevels { groups, are_numeric: groups.iter().map(is_numeric).collect() }
+    }
+
+    /// Returns the level of the `index`-th point: that of its finest step along an axis of numbers.
+    pub fn level(&self, index: usize) -> u32 {
+        let steps = steps(self.groups, index);
+        let levels = self.groups.iter().zip(&self.are_numeric).zip(steps);
+        let levels = levels.map(|((group, is_numeric), step)| match group.design {
+            Some(_) => usize::BITS - step.leading_zeros(),
+            None if *is_numeric => level(step, group.length),
+            None => 0,
+        });
+        levels.max().unwrap_or(0)
+    }
 }
 
 /// Returns the number of entries that [`Key::Layers`] or [`Key::Steps`] has in the scene: those

@@ -80,6 +80,7 @@ mod write;
 pub use account::RunAccount;
 pub use accuracy::Accuracy;
 pub use adaptive::{Adaptive, Filling, RootSearch};
+pub use axis::PointLevels;
 pub use columns::Column;
 pub use definition::DefinitionError;
 pub use design::{Design, SamplingMethod};

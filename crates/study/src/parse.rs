@@ -439,7 +439,7 @@ fn parse(
     study.leave_out().map_err(|mistake| vec![mistake])?;
     study.check_reach()?;
     let is_whole = study.is_listed() || !shards;
-    if !(is_whole && is_known(&study)) {
+    if !is_known(&study) {
         study.check(is_whole)?;
     }
     study.is_checked = is_whole;

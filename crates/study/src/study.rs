@@ -40,7 +40,7 @@ use contact::punch::Surfaces;
 use crate::adaptive::{Adaptive, check_branched};
 use crate::assemble::locate;
 use crate::axis;
-use crate::axis::{Group, MAX_POINTS, MAX_RUN_POINTS, MAX_SHARDS, SweepAxis};
+use crate::axis::{Group, MAX_POINTS, MAX_RUN_POINTS, MAX_SHARDS, PointLevels, SweepAxis};
 use crate::columns::Column;
 use crate::derivation::Derivation;
 use crate::design::SamplingMethod;
@@ -407,10 +407,13 @@ impl Study {
     /// Returns whether each point depends on nothing but the axes: no result is compared with
     /// another, and none says which points there are.
     pub fn is_plain(&self) -> bool {
-        self.kind == Kind::Solve
-            && self.adaptive.is_none()
-            && self.exclusion.is_none()
-            && self.sample().is_none()
+        self.has_independent_points() && self.exclusion.is_none()
+    }
+
+    /// Returns whether no result is compared with another, and none says which points there are.
+    /// Conditions may leave points out.
+    pub fn has_independent_points(&self) -> bool {
+        self.kind == Kind::Solve && self.adaptive.is_none() && self.sample().is_none()
     }
 
     /// Returns the largest number of points that the study may have in one run.
@@ -443,10 +446,9 @@ impl Study {
         }
     }
 
-    /// Returns the level of the `index`-th point: the points up to any level are a coarse grid of
-    /// the axes, so a run that takes low levels first has answers early.
-    pub fn level(&self, index: usize) -> u32 {
-        axis::point_level(&self.groups, &axis::steps(&self.groups, index))
+    /// Returns the levels of the points: a run that takes low ones first has answers early.
+    pub fn levels(&self) -> PointLevels<'_> {
+        PointLevels::of(&self.groups)
     }
 
     /// Refuses a part of the study that has more points than one run takes.

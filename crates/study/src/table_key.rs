@@ -62,7 +62,7 @@ pub(crate) const PART: TableValue = TableValue::Other("a part, like \"1%\" or 0.
 pub(crate) const AXIS: TableValue = TableValue::Other("the path of an axis");
 pub(crate) const COLUMN: TableValue = TableValue::Other("the name of a column");
 pub(crate) const CONDITION: TableValue =
-    TableValue::Other("a condition, as of `query --where`, of at most 4096 bytes");
+    TableValue::Other("a condition, as of `query --where`, of at most 16384 bytes");
 
 /// Makes a key of a table.
 pub(crate) const fn table_key(

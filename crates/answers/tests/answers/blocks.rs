@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 
 use answers::{
-    Accounts, AnswerError, RecordsError, Results, RowKeeper, RowSource, Selection, TabledColumn,
-    TabledRows, tabled_columns,
+    Accounts, AnswerError, RecordsError, Results, RowKeeper, RowSource, Selection, SurveyNotes,
+    TabledColumn, TabledRows, survey, tabled_columns,
 };
 use identity::JobKey;
 use report::{Cell, CellType};
@@ -39,12 +39,38 @@ fn results_in_blocks_are_those_in_memory() {
     let whole = Results::read(study.clone(), &shelf).unwrap();
     let blocks = Results::in_blocks_above(1, study.clone(), &shelf).unwrap();
     assert!(blocks.points().is_empty(), "its points are not in memory");
+    assert_alike(&blocks, &whole);
+}
 
+/// The results that a table has are those of the records, also where it is damaged.
+#[test]
+fn results_of_a_table_are_those_in_memory() {
+    let study = study();
+    let shelf = mixed_shelf(&study);
+    let whole = Results::read(study.clone(), &shelf).unwrap();
+    let keeper = MemoryKeeper::default();
+    let notes = survey(&study, &shelf, Some(&keeper)).unwrap();
+    let mut table = keeper.0.take();
+    assert_eq!(table.notes.as_ref(), Some(&notes));
+    let other = MemoryKeeper::default();
+    whole.keep_rows(&other);
+    assert_eq!(other.0.take().notes.as_ref(), Some(&notes));
+    let no_records = Shelf::default();
+    let of_table = Results::of_table(study.clone(), notes.clone(), &table, &no_records);
+    assert_eq!(of_table.usual_table().unwrap(), whole.usual_table().unwrap());
+    assert_alike(&Results::of_table(study.clone(), notes.clone(), &table, &shelf), &whole);
+    assert!(!table.read.take().is_empty());
+    table.is_damaged = true;
+    assert_alike(&Results::of_table(study, notes, &table, &shelf), &whole);
+}
+
+/// Asserts that results that are not in memory say what those do that are.
+fn assert_alike(blocks: &Results<'_>, whole: &Results<'_>) {
     assert_eq!(blocks.progress(), whole.progress());
     assert_eq!(blocks.warnings(), whole.warnings());
     assert!(!whole.warnings().is_empty());
-    assert_eq!(blocks.failures(), whole.failures());
-    assert_eq!(whole.failures().count, 2);
+    assert_eq!(blocks.failures().unwrap(), whole.failures().unwrap());
+    assert_eq!(whole.failures().unwrap().count, 2);
     assert_eq!(blocks.inaccurate(), whole.inaccurate());
     assert_eq!(blocks.answers().unwrap(), whole.answers().unwrap());
     assert_eq!(blocks.figures().unwrap(), whole.figures().unwrap());
@@ -60,7 +86,7 @@ fn results_in_blocks_are_those_in_memory() {
                 let rows = results.figure_rows(figure, filter).unwrap();
                 (rows.table.select(&names).unwrap(), rows.undrawn)
             };
-            assert_eq!(rows(&blocks), rows(&whole), "{filter:?}");
+            assert_eq!(rows(blocks), rows(whole), "{filter:?}");
         }
         assert!(blocks.figure_rows(figure, Some("mush > 1")).is_err());
     }
@@ -98,6 +124,9 @@ struct MemoryTable {
     keys: Vec<JobKey>,
     rows: Vec<Vec<Cell>>,
     is_whole: bool,
+    notes: Option<SurveyNotes>,
+    /// The rows cannot be read.
+    is_damaged: bool,
     /// The numbers of the rows that were read.
     read: RefCell<Vec<usize>>,
 }
@@ -122,9 +151,10 @@ impl RowKeeper for MemoryKeeper {
         table.rows.extend(rows.iter().cloned());
     }
 
-    fn end(&self, _: &Accounts) {
+    fn end(&self, _: &Accounts, notes: Option<&SurveyNotes>) {
         let mut table = self.0.borrow_mut();
         table.is_whole = true;
+        table.notes = notes.cloned();
         for index in 0..table.columns.len() {
             let mut types: Vec<CellType> =
                 table.rows.iter().filter_map(|row| row[index].cell_type()).collect();
@@ -144,6 +174,9 @@ impl TabledRows for MemoryTable {
     }
 
     fn rows(&self, columns: &[usize], rows: &[usize]) -> Result<Vec<Vec<Cell>>, RecordsError> {
+        if self.is_damaged {
+            return Err("the table is damaged".into());
+        }
         self.read.borrow_mut().extend(rows);
         let row = |row: &usize| columns.iter().map(|c| self.rows[*row][*c].clone()).collect();
         Ok(rows.iter().map(row).collect())

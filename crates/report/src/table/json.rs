@@ -35,6 +35,11 @@ impl Serialize for JsonUnits<'_> {
     }
 }
 
+/// Writes a value as JSON, which cannot fail: keys are strings, and nothing but memory is written.
+fn text(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default()
+}
+
 impl DataTable {
     /// Writes the table as JSON: `{"units": {name: unit, …}, "rows": [{name: value, …}, …]}`, with
     /// one line per row.
@@ -43,16 +48,29 @@ impl DataTable {
     /// unit; the keys of both keep the order of the columns. Missing values, NaN and infinities are
     /// `null`.
     pub fn json(&self) -> String {
-        // Neither serialisation can fail: keys are strings, and nothing but memory is written.
-        let text = |value: Result<String, serde_json::Error>| value.unwrap_or_default();
-        let mut out = String::from("{\"units\": ");
-        out += &text(serde_json::to_string(&JsonUnits(self.columns())));
-        out += ",\n\"rows\": [";
-        for (i, row) in self.rows().iter().enumerate() {
-            out += if i == 0 { "\n" } else { ",\n" };
-            out += &text(serde_json::to_string(&JsonRow(self.columns(), row)));
-        }
-        out += if self.rows().is_empty() { "]}\n" } else { "\n]}\n" };
+        let mut out = self.json_head() + &self.json_rows(true);
+        out += DataTable::json_end(!self.rows().is_empty());
         out
+    }
+
+    /// Writes the beginning of the table as [JSON](DataTable::json), which rows follow.
+    pub fn json_head(&self) -> String {
+        format!("{{\"units\": {},\n\"rows\": [", text(&JsonUnits(self.columns())))
+    }
+
+    /// Writes the rows as [JSON](DataTable::json), to follow the head if they are the first, or
+    /// those of another table.
+    pub fn json_rows(&self, are_first: bool) -> String {
+        let mut out = String::new();
+        for (i, row) in self.rows().iter().enumerate() {
+            out += if are_first && i == 0 { "\n" } else { ",\n" };
+            out += &text(&JsonRow(self.columns(), row));
+        }
+        out
+    }
+
+    /// Returns the end of a table as [JSON](DataTable::json) that has rows or none.
+    pub fn json_end(has_rows: bool) -> &'static str {
+        if has_rows { "\n]}\n" } else { "]}\n" }
     }
 }

@@ -83,6 +83,19 @@ fn add_values<'c>(
 /// Reads so many cells from bytes that [`packed_cells`] wrote; `None` if these hold others, or
 /// fewer or more. What is not there takes no memory.
 pub fn unpacked_cells(bytes: &[u8], count: usize) -> Option<Vec<Cell>> {
+    let all: Vec<usize> = match count <= bytes.len() || bytes.first() == Some(&REPEATED) {
+        true => (0..count).collect(),
+        false => return None,
+    };
+    picked_cells(bytes, count, &all)
+}
+
+/// Reads those of so many cells whose numbers are given in ascending order, like
+/// [`unpacked_cells`]. Texts that are not picked are not copied.
+pub fn picked_cells(bytes: &[u8], count: usize, picked: &[usize]) -> Option<Vec<Cell>> {
+    if picked.last().is_some_and(|last| *last >= count) {
+        return None;
+    }
     if count == 0 {
         return bytes.is_empty().then(Vec::new);
     }
@@ -90,8 +103,8 @@ pub fn unpacked_cells(bytes: &[u8], count: usize) -> Option<Vec<Cell>> {
     match *form {
         REPEATED => {
             let (tags, values) = rest.split_at_checked(1)?;
-            let cell = cells_of(tags, values)?.pop()?;
-            Some(vec![cell; count])
+            let cell = cells_of(tags, values, &[0])?.pop()?;
+            Some(vec![cell; picked.len()])
         }
         UNIFORM => {
             let (tag, values) = rest.split_first()?;
@@ -105,18 +118,18 @@ pub fn unpacked_cells(bytes: &[u8], count: usize) -> Option<Vec<Cell>> {
             if values.len() / least < count {
                 return None;
             }
-            cells_of(&vec![*tag; count], values)
+            cells_of(&vec![*tag; count], values, picked)
         }
         MIXED => {
             let (tags, values) = rest.split_at_checked(count)?;
-            cells_of(tags, values)
+            cells_of(tags, values, picked)
         }
         _ => None,
     }
 }
 
-/// Reads the cells with these tags from all of their values.
-fn cells_of(tags: &[u8], values: &[u8]) -> Option<Vec<Cell>> {
+/// Reads some of the cells with these tags, by their numbers, from the values of all.
+fn cells_of(tags: &[u8], values: &[u8], picked: &[usize]) -> Option<Vec<Cell>> {
     let length = |tag: &u8| match *tag {
         NUMBER | INTEGER => Some(8),
         FLAG => Some(1),
@@ -127,9 +140,11 @@ fn cells_of(tags: &[u8], values: &[u8]) -> Option<Vec<Cell>> {
     let fixed: usize = tags.iter().map(length).sum::<Option<usize>>()?;
     let (mut values, texts) = values.split_at_checked(fixed)?;
     let mut texts = std::str::from_utf8(texts).ok()?;
-    let mut cells = Vec::with_capacity(tags.len());
-    for tag in tags {
-        cells.push(match *tag {
+    let mut cells = Vec::with_capacity(picked.len());
+    let mut wanted = picked.iter().copied().peekable();
+    for (number, tag) in tags.iter().enumerate() {
+        let is_picked = wanted.next_if_eq(&number).is_some();
+        let cell = match *tag {
             NUMBER => Cell::Number(f64::from_bits(u64::from_le_bytes(taken(&mut values)?))),
             INTEGER => Cell::Integer(i64::from_le_bytes(taken(&mut values)?)),
             FLAG => match taken(&mut values)? {
@@ -141,10 +156,13 @@ fn cells_of(tags: &[u8], values: &[u8]) -> Option<Vec<Cell>> {
                 let length = u32::from_le_bytes(taken(&mut values)?) as usize;
                 let (text, rest) = texts.split_at_checked(length)?;
                 texts = rest;
-                Cell::Text(text.to_owned())
+                if is_picked { Cell::Text(text.to_owned()) } else { Cell::Missing }
             }
             _ => Cell::Missing,
-        });
+        };
+        if is_picked {
+            cells.push(cell);
+        }
     }
     texts.is_empty().then_some(cells)
 }
@@ -190,6 +208,11 @@ mod tests {
             let bytes = packed_cells(cells.iter()).unwrap();
             let read = unpacked_cells(&bytes, cells.len()).unwrap();
             prop_assert!(are_alike(&read, &cells), "{read:?} {cells:?}");
+            let odd: Vec<usize> = (0..cells.len()).filter(|number| number % 2 == 1).collect();
+            let expected: Vec<Cell> = odd.iter().map(|number| cells[*number].clone()).collect();
+            let picked = picked_cells(&bytes, cells.len(), &odd).unwrap();
+            prop_assert!(are_alike(&picked, &expected), "{picked:?} {cells:?}");
+            prop_assert!(picked_cells(&bytes, cells.len(), &[cells.len()]).is_none());
             for cut in 0..bytes.len() {
                 let read = unpacked_cells(&bytes[..cut], cells.len());
                 prop_assert!(read.is_none(), "cut to {}: {:?}", cut, read);

@@ -278,7 +278,8 @@ fn deep_and_long_expressions_are_refused_or_answered() {
     ] {
         let _ = table.filter(&expression);
     }
-    assert_eq!(table.filter(&"(".repeat(5000)).unwrap_err(), FilterError::TooLong { length: 5000 });
+    let length = 20_000;
+    assert_eq!(table.filter(&"(".repeat(length)).unwrap_err(), FilterError::TooLong { length });
     let refused = table.filter(&deep("(", "mu > 1", ")", 200)).unwrap_err().to_string();
     assert!(
         refused.starts_with("too many brackets inside each other at character 97"),
