@@ -74,6 +74,13 @@ fn links_lead_somewhere() {
     assert_none("a link leads nowhere", pages.iter().flat_map(links::broken).collect());
 }
 
+/// The asterisk of μ* ends or begins an emphasis unless a backslash stands before it.
+#[test]
+fn no_name_has_its_asterisk_taken_for_an_emphasis() {
+    let of = |page: Page| page.nested.iter().map(|line| page.place(*line)).collect::<Vec<_>>();
+    assert_none("an emphasis begins within another", pages().into_iter().flat_map(of).collect());
+}
+
 #[test]
 fn the_summary_has_every_page_once() {
     assert_none("the table of contents is not the book's", links::unlisted(&pages()));

@@ -15,6 +15,8 @@ pub(super) struct Page {
     pub(super) links: Vec<Link>,
     /// The names of the headings, by which links find them.
     pub(super) anchors: BTreeSet<String>,
+    /// The lines where an emphasis begins within another one, as that of a name with an asterisk does.
+    pub(super) nested: Vec<usize>,
 }
 
 /// A block of code.
@@ -48,7 +50,9 @@ impl Page {
             words: Vec::new(),
             links: Vec::new(),
             anchors: BTreeSet::new(),
+            nested: Vec::new(),
         };
+        let mut emphases = 0;
         let mut heading: Option<String> = None;
         let mut is_code = false;
         let options = Options::ENABLE_TABLES | Options::ENABLE_FOOTNOTES;
@@ -76,6 +80,13 @@ impl Page {
                     block.range.end = range.end;
                     block.text.push_str(&words);
                 }
+                Event::Start(Tag::Emphasis) => {
+                    if emphases > 0 {
+                        page.nested.push(line(range.start));
+                    }
+                    emphases += 1;
+                }
+                Event::End(TagEnd::Emphasis) => emphases -= 1,
                 Event::Start(Tag::Heading { .. }) => heading = Some(String::new()),
                 Event::End(TagEnd::Heading(_)) => {
                     page.anchors.insert(anchor(&heading.take().unwrap()));
