@@ -25,6 +25,8 @@ pub(crate) struct Process {
     words: Option<ChildStderr>,
     /// The end of what the process said there.
     last_words: Vec<u8>,
+    /// It is true once the coordinator has killed the process, which then was not the system.
+    is_killed: bool,
 }
 
 /// The number of bytes that are kept of what a process says. A backtrace may follow the words that
@@ -56,7 +58,7 @@ impl Process {
         let unblocked = words.as_ref().map_or(Ok(()), |pipe| ioctl_fionbio(pipe, true));
         let end = pidfd_open(Pid::from_child(&child), PidfdFlags::empty());
         match unblocked.and(end) {
-            Ok(end) => Ok(Process { child, end, words, last_words: Vec::new() }),
+            Ok(end) => Ok(Process { child, end, words, last_words: Vec::new(), is_killed: false }),
             Err(error) => {
                 let _ = child.kill();
                 let _ = child.wait();
@@ -72,7 +74,7 @@ impl Process {
     /// Sends SIGKILL, which also ends a stopped process.
     pub(crate) fn kill(&mut self) {
         // The signal fails only if the process has ended already.
-        let _ = self.child.kill();
+        self.is_killed |= self.child.kill().is_ok();
     }
 
     pub(crate) fn end(&self) -> BorrowedFd<'_> {
@@ -117,6 +119,7 @@ impl Process {
             Ok(Some(status)) => {
                 self.pass_words_on();
                 let last_words = String::from_utf8_lossy(&self.last_words);
+                let is_starved = || !self.is_killed && is_starved();
                 Some(Loss::of(status, &last_words, is_starved))
             }
             Err(error) => Some(Loss {
@@ -177,4 +180,23 @@ pub(crate) fn limit_address_space(bytes: u64) -> Result<(), String> {
     let bytes = hard.map_or(bytes, |hard| hard.min(bytes));
     setrlimit(Resource::As, Rlimit { current: Some(bytes), maximum: Some(bytes) })
         .map_err(|error| format!("cannot limit the address space to {bytes} bytes: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Memory may run out at the same time elsewhere.
+    #[test]
+    fn what_the_coordinator_kills_was_not_killed_for_want_of_memory() {
+        let mut process = Process::start(&["sleep".into()], "60").unwrap();
+        process.kill();
+        let loss = loop {
+            if let Some(loss) = process.ended(|| true) {
+                break loss;
+            }
+            std::thread::yield_now();
+        };
+        assert_eq!(loss, Loss { how: "signal 9, SIGKILL".into(), cause: Cause::Job });
+    }
 }
