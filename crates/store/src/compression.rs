@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// What was compressed before leaves no trace.
+        /// Data compressed before leave no trace.
         #[test]
         fn a_context_that_is_kept_gives_the_bytes_of_a_new_one(
             contents in proptest::collection::vec(
