@@ -1,8 +1,6 @@
 //! Lists of references: to be read, as BibTeX and as JSON.
 
-use std::collections::HashSet;
-
-use answers::{UsedSubject, used_subjects};
+use answers::{Results, SubjectCounts, UsedSubject};
 use anyhow::Result;
 use contact::literature::{CitedWork, Sources, WorkForm, sources};
 use study::account::ProgramBuild;
@@ -30,13 +28,25 @@ pub(crate) struct ReferenceList {
 impl ReferenceList {
     /// Lists the references of some points of a study.
     pub(crate) fn of(study: &Study, points: &[StudyPoint]) -> Result<Self> {
-        let jobs: HashSet<_> = points.iter().map(|point| point.key).collect();
-        Ok(Self {
+        let mut subjects = SubjectCounts::of(study);
+        subjects.add(points)?;
+        Ok(Self::counted(study, subjects))
+    }
+
+    /// Lists the references of the points of a study that has results.
+    pub(crate) fn of_results(results: &Results<'_>) -> Result<Self> {
+        let mut subjects = SubjectCounts::of(results.study());
+        results.visit_points(&mut |points| subjects.add(points))?;
+        Ok(Self::counted(results.study(), subjects))
+    }
+
+    fn counted(study: &Study, subjects: SubjectCounts<'_>) -> Self {
+        Self {
             study: study.name().to_owned(),
-            jobs: jobs.len(),
-            used: used_subjects(study, points)?,
+            jobs: subjects.jobs(),
+            used: subjects.used(),
             program: this_program(),
-        })
+        }
     }
 
     /// Returns the works, each once, in the order in which they are listed.

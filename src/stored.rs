@@ -232,17 +232,19 @@ pub(crate) fn account(blobs: &Blobs, run: &[u8; 32]) -> Option<RunAccount> {
 /// there.
 pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
     let study = stored_large_study(reader, name)?;
-    if !study.is_listed() {
-        let shards = study.len().div_ceil(MOST_POINTS);
-        let part = format!("1/{shards}");
-        bail!(
-            "the study `{name}` has {} points, and {MOST_POINTS} at most are read at a time; ask \
-             for its parts: {}",
-            study.len(),
-            proposal::command(reader.blobs().store(), ["query", name, "--shard", &part])
-        );
-    }
-    Ok(study)
+    if study.is_listed() { Ok(study) } else { Err(too_large(reader, &study)) }
+}
+
+/// Returns the error about a study that has too many points to read them all at a time.
+pub(crate) fn too_large(reader: &StoreReader, study: &Study) -> anyhow::Error {
+    let name = study.name();
+    let part = format!("1/{}", study.len().div_ceil(MOST_POINTS));
+    anyhow!(
+        "the study `{name}` has {} points, and {MOST_POINTS} at most are read at a time; ask for \
+         its parts: {}",
+        study.len(),
+        proposal::command(reader.blobs().store(), ["query", name, "--shard", &part])
+    )
 }
 
 /// Returns a study of a store that holds the height map or the profiles which a job names; `None`

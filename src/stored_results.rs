@@ -5,7 +5,8 @@ use std::cell::OnceCell;
 use std::path::Path;
 
 use answers::{
-    AnswerError, POINTS_IN_MEMORY, RecordMap, Records, RecordsError, Results, RowSource,
+    AnswerError, POINTS_IN_MEMORY, RecordMap, Records, RecordsError, Results, RowSource, Selection,
+    TabledRows,
 };
 use anyhow::Result;
 use contact::model::Fields;
@@ -13,7 +14,7 @@ use identity::JobKey;
 use store::{Glance, StoreReader, StudyLabels};
 use study::{Column, Record, RunAccount, Study};
 
-use crate::stored::{StoreSource, read_store, stored_study};
+use crate::stored::{StoreSource, read_store, stored_large_study, too_large};
 use crate::study_table::{StudyTable, TableKeeper};
 
 /// The records of a store, which is opened when they are first asked for.
@@ -63,15 +64,23 @@ impl<'a> StoredResults<'a> {
     /// Finds a study in a store. A table of many points that are compared with nothing is made if
     /// there is none, so that not all of their results are in memory.
     pub(crate) fn of(directory: &'a Path, name: &str) -> Result<Self> {
-        if let Some(known) = Self::known(directory, name) {
+        Self::found(directory, name, Study::is_listed)
+    }
+
+    fn found(directory: &'a Path, name: &str, is_small: fn(&Study) -> bool) -> Result<Self> {
+        let known = || Self::known(directory, name).filter(|known| is_small(&known.study));
+        if let Some(known) = known() {
             return Ok(known);
         }
         let records = RecordsWhenAsked { directory, reader: OnceCell::new() };
         let reader = records.reader()?;
-        let study = stored_study(reader, name)?;
+        let study = stored_large_study(reader, name)?;
+        if !is_small(&study) {
+            return Err(too_large(reader, &study));
+        }
         if study.has_independent_points() && study.point_count() > POINTS_IN_MEMORY {
             TableKeeper::make(reader, &study)?;
-            if let Some(known) = Self::known(directory, name) {
+            if let Some(known) = known() {
                 return Ok(known);
             }
         }
@@ -79,11 +88,27 @@ impl<'a> StoredResults<'a> {
         Ok(StoredResults { study, labels, table: None, records })
     }
 
+    /// Finds a study in a store like [`of`](StoredResults::of), for a reader that needs every column
+    /// of every point and goes over them several times. It may have as many points as one run takes.
+    pub(crate) fn with_every_column(directory: &'a Path, name: &str) -> Result<Self> {
+        let is_small = |study: &Study| {
+            study.is_listed() || study.is_one_run() && study.has_independent_points()
+        };
+        let mut stored = Self::found(directory, name, is_small)?;
+        let columns = stored.study.columns();
+        let has_all = |table: &StudyTable| {
+            let has = |column: &Column| table.columns().iter().any(|has| has.name == column.name);
+            columns.iter().all(has) && table.verify(&columns).is_ok()
+        };
+        stored.table = stored.table.filter(has_all);
+        Ok(stored)
+    }
+
     /// Finds a study of which there is a table that has what its results say.
     fn known(directory: &'a Path, name: &str) -> Option<Self> {
         let glance = Glance::at(directory)?;
         let (table, study) = StudyTable::at_a_glance(&glance, name)?;
-        if table.notes().is_none() || !study.is_listed() {
+        if table.notes().is_none() {
             return None;
         }
         let (labels, table) = (glance.labels(name), Some(table));
@@ -115,6 +140,14 @@ impl<'a> StoredResults<'a> {
                 Ok(Results::of_table(study, notes, table, &self.records))
             }
             None => Results::in_blocks(study, &self.records),
+        }
+    }
+
+    /// Returns the source of the rows and columns of a selection.
+    pub(crate) fn rows_of(&self, selection: &Selection) -> RowSource<'_> {
+        match selection.steps {
+            true => RowSource::Records { records: &self.records, keeper: None },
+            false => self.rows(&selection.columns),
         }
     }
 

@@ -28,7 +28,7 @@ use crate::machine::build_words;
 use crate::stored::{StoreSource, account};
 
 /// The version of the form of the tables.
-const FORM: u32 = 2;
+const FORM: u32 = 3;
 
 /// The number of rows that are counted at once.
 const ROWS_AT_ONCE: usize = 65_536;

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use answers::Results;
 use anyhow::Result;
 
 use crate::citation_text::ReferenceList;
 use crate::cli::{CitationFormat, CiteArgs};
 use crate::output::{self, Finish};
-use crate::stored::{StoreSource, read_store, stored_study};
+use crate::stored_results::StoredResults;
 use crate::study_file::read_study;
 
 /// Prints the references of a study in the store, or of a study file.
@@ -19,10 +18,8 @@ pub(crate) fn cite(args: &CiteArgs) -> Result<Finish> {
         let points = study.points();
         ReferenceList::of(&study, &points)?
     } else {
-        let reader = read_store(&args.store.store)?;
-        let source = StoreSource::Reader(&reader);
-        let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
-        ReferenceList::of(results.study(), results.points())?
+        let stored = StoredResults::of(&args.store.store, &args.name)?;
+        ReferenceList::of_results(&stored.read()?)?
     };
     match args.format {
         _ if args.json => output::print_json(&list.json()),

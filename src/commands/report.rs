@@ -19,11 +19,10 @@ use answers::Results;
 use anyhow::{Result, bail};
 use report::{JobTable, Page, PageBlock, PageSection};
 use serde::Serialize;
-use store::StoreReader;
 
 use crate::cli::{FieldChoice, ReportArgs};
 use crate::output::{self, Finish};
-use crate::stored::{StoreSource, read_store, stored_study};
+use crate::stored_results::StoredResults;
 use crate::words::count;
 use crate::written_file;
 use chosen::FieldsRoom;
@@ -79,13 +78,12 @@ pub(crate) fn report(args: &ReportArgs) -> Result<Finish> {
 /// Writes the RO-Crate of a study.
 fn write_crate(args: &ReportArgs, directory: &Path) -> Result<Finish> {
     research_object::check(directory)?;
-    let reader = read_store(&args.store.store)?;
-    let source = StoreSource::Reader(&reader);
-    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
-    let page = page(args, &reader, &results)?;
+    let stored = StoredResults::with_every_column(&args.store.store, &args.name)?;
+    let results = stored.read()?;
+    let page = page(args, &stored, &results)?;
     let statement =
         research_object::Statement { authors: &args.authors, license: args.license.as_deref() };
-    let written = research_object::write(directory, &results, &page.html, &statement)?;
+    let written = research_object::write(directory, &stored, &results, &page.html, &statement)?;
     let mut left_out = page.left_out;
     for sentence in written.left_out {
         if !left_out.contains(&sentence) {
@@ -107,10 +105,9 @@ fn write_page(args: &ReportArgs) -> Result<Finish> {
         Some(_) => written_file::check_regular(&file)?,
         None => written_file::check_own(&file)?,
     }
-    let reader = read_store(&args.store.store)?;
-    let source = StoreSource::Reader(&reader);
-    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
-    let StudyPage { html, rows, fields, left_out } = page(args, &reader, &results)?;
+    let stored = StoredResults::with_every_column(&args.store.store, &args.name)?;
+    let results = stored.read()?;
+    let StudyPage { html, rows, fields, left_out } = page(args, &stored, &results)?;
     written_file::write(&file, html.as_bytes())?;
     let written = WrittenPage { file, bytes: html.len(), rows, fields, left_out };
     if args.json {
@@ -121,7 +118,7 @@ fn write_page(args: &ReportArgs) -> Result<Finish> {
 }
 
 /// Makes the page of a study.
-fn page(args: &ReportArgs, reader: &StoreReader, results: &Results<'_>) -> Result<StudyPage> {
+fn page(args: &ReportArgs, stored: &StoredResults<'_>, results: &Results<'_>) -> Result<StudyPage> {
     // One file of fields that is lost must not take the whole page with it.
     let doubt = results.forgone_comparison().map(|error| {
         format!(
@@ -140,9 +137,7 @@ fn page(args: &ReportArgs, reader: &StoreReader, results: &Results<'_>) -> Resul
     }
 
     let mut left_out: Vec<String> = doubt.into_iter().collect();
-    let has_fields: Vec<bool> = chosen::with_fields(results, &rows);
-    let table = JobTable::new(&rows.table, &rows.job_columns(results)?, TABLE)?
-        .with_fields(|row| has_fields[row]);
+    let table = rows.job_table()?;
     let mut page = Page {
         name: results.study().name().to_owned(),
         question: results.study().question().to_owned(),
@@ -152,15 +147,14 @@ fn page(args: &ReportArgs, reader: &StoreReader, results: &Results<'_>) -> Resul
             .to_owned(),
         sections: facts::before(results, &rows, filter, &left_out)?,
     };
-    let labels = reader.labels()?.remove(results.study().name()).unwrap_or_default();
-    page.sections[0].blocks.splice(0..0, facts::labels(&labels));
-    page.sections.push(pictures::section(results, &rows, table.rows(), filter, &mut left_out)?);
+    page.sections[0].blocks.splice(0..0, facts::labels(stored.labels()));
+    page.sections.push(pictures::section(results, &rows, table.keys(), filter, &mut left_out)?);
     page.sections.push(jobs_section(&rows, table.clone(), &mut left_out));
     let place = page.sections.len();
     page.sections.extend(facts::after(results, &rows, &words_with_fields(args))?);
 
     let room = FieldsRoom { bytes: PAGE.saturating_sub(page.html().len()), choice: &args.fields };
-    let fields = chosen::fields(reader, results, &rows, &room)?;
+    let fields = chosen::fields(results, &rows, &room)?;
     left_out.extend(fields.left_out.clone());
     let keys = fields.keys.clone();
     page.sections.insert(place, fields.section(rows.len()));

@@ -68,6 +68,14 @@ impl Accounts {
         for record in records {
             *counts.entry(record.provenance.run).or_default() += 1;
         }
+        self.counted(counts)
+    }
+
+    /// Lists runs like [`runs`](Accounts::runs), each given with the number of its records.
+    pub fn counted(
+        &self,
+        counts: impl IntoIterator<Item = (Option<[u8; 32]>, usize)>,
+    ) -> Vec<ComputingRun<'_>> {
         let run = |(digest, records): (Option<[u8; 32]>, usize)| {
             let account = digest.and_then(|digest| self.known.get(&digest)?.as_ref());
             ComputingRun { digest, account, records }

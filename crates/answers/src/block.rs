@@ -67,13 +67,21 @@ pub(crate) fn visit<E: From<AnswerError>>(
         }
         let points: Vec<StudyPoint> =
             block.into_par_iter().filter_map(|index| study.point(index)).collect();
-        let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).collect();
-        keys.sort_unstable();
-        keys.dedup();
-        let records = source.select(&keys).map_err(AnswerError::Records)?;
+        let records = records_of(&points, source)?;
         accounts.read(records.values(), source);
         if !visitor(ResultBlock { points: &points, records: &records, accounts: &accounts })? {
             return Ok(accounts);
         }
     }
+}
+
+/// Reads the records of some points.
+pub(crate) fn records_of(
+    points: &[StudyPoint],
+    source: &dyn Records,
+) -> Result<RecordMap, AnswerError> {
+    let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    source.select(&keys).map_err(AnswerError::Records)
 }

@@ -1,6 +1,6 @@
 //! The subjects whose sources a study should cite: what its jobs use.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use contact::literature::CitedSubject;
 use contact::model::{Effect, Numerics, Shape};
@@ -23,39 +23,61 @@ pub struct UsedSubject {
     pub jobs: usize,
 }
 
-/// Returns the subjects that some points of a study use, in the order of [`CitedSubject::all`].
-///
-/// # Errors
-/// A scene has no meaning, or its surfaces are missing.
-pub fn used_subjects(
-    study: &Study,
-    points: &[StudyPoint],
-) -> Result<Vec<UsedSubject>, AnswerError> {
-    let jobs: BTreeMap<_, &Job> = points.iter().map(|point| (point.key, &point.job)).collect();
-    let jobs: Vec<&Job> = jobs.into_values().collect();
-    let of_jobs: Vec<Vec<CitedSubject>> =
-        jobs.par_iter().map(|job| of_job(job, study.surfaces())).collect::<Result<_, _>>()?;
-    let mut counts: BTreeMap<CitedSubject, usize> = BTreeMap::new();
-    for subject in of_jobs.into_iter().flatten() {
-        *counts.entry(subject).or_default() += 1;
+/// The subjects of a study's jobs whose points pass by a few at a time.
+pub struct SubjectCounts<'s> {
+    study: &'s Study,
+    jobs: HashSet<u128>,
+    counts: BTreeMap<CitedSubject, usize>,
+}
+
+impl<'s> SubjectCounts<'s> {
+    /// Returns those of no point.
+    pub fn of(study: &'s Study) -> Self {
+        Self { study, jobs: HashSet::new(), counts: BTreeMap::new() }
     }
-    if uses_ladder(study) {
-        counts.insert(CitedSubject::Ladder, jobs.len());
+
+    /// Adds the jobs of the next points.
+    ///
+    /// # Errors
+    /// A scene has no meaning, or its surfaces are missing.
+    pub fn add(&mut self, points: &[StudyPoint]) -> Result<(), AnswerError> {
+        let is_first = |point: &&StudyPoint| self.jobs.insert(point.key.half());
+        let jobs: Vec<&Job> = points.iter().filter(is_first).map(|point| &point.job).collect();
+        let surfaces = self.study.surfaces();
+        let of_jobs: Vec<Vec<CitedSubject>> =
+            jobs.par_iter().map(|job| of_job(job, surfaces)).collect::<Result<_, _>>()?;
+        for subject in of_jobs.into_iter().flatten() {
+            *self.counts.entry(subject).or_default() += 1;
+        }
+        Ok(())
     }
-    let of_choice = match study.adaptive() {
-        Some(Adaptive::Find(_)) => Some(CitedSubject::Roots),
-        Some(Adaptive::Fill(_)) => Some(CitedSubject::Filling),
-        _ => None,
-    };
-    counts.extend(of_choice.map(|subject| (subject, jobs.len())));
-    for subject in of_sample(study) {
-        counts.insert(subject, jobs.len());
+
+    /// Returns the number of jobs.
+    pub fn jobs(&self) -> usize {
+        self.jobs.len()
     }
-    let used = |subject: CitedSubject| {
-        let jobs = *counts.get(&subject)?;
-        Some(UsedSubject { subject, jobs })
-    };
-    Ok(CitedSubject::all().into_iter().filter_map(used).collect())
+
+    /// Returns the subjects that the points use, in the order of [`CitedSubject::all`].
+    pub fn used(mut self) -> Vec<UsedSubject> {
+        let (study, jobs) = (self.study, self.jobs.len());
+        if uses_ladder(study) {
+            self.counts.insert(CitedSubject::Ladder, jobs);
+        }
+        let of_choice = match study.adaptive() {
+            Some(Adaptive::Find(_)) => Some(CitedSubject::Roots),
+            Some(Adaptive::Fill(_)) => Some(CitedSubject::Filling),
+            _ => None,
+        };
+        self.counts.extend(of_choice.map(|subject| (subject, jobs)));
+        for subject in of_sample(study) {
+            self.counts.insert(subject, jobs);
+        }
+        let used = |subject: CitedSubject| {
+            let jobs = *self.counts.get(&subject)?;
+            Some(UsedSubject { subject, jobs })
+        };
+        CitedSubject::all().into_iter().filter_map(used).collect()
+    }
 }
 
 /// Returns true if a study takes the limit of what meshes of several sizes give.
@@ -136,8 +158,9 @@ mod tests {
 
     fn used(tables: &str) -> Vec<(&'static str, usize)> {
         let study = study(tables);
-        let used = used_subjects(&study, &study.points()).unwrap();
-        used.into_iter().map(|used| (used.subject.title(), used.jobs)).collect()
+        let mut counts = SubjectCounts::of(&study);
+        counts.add(&study.points()).unwrap();
+        counts.used().into_iter().map(|used| (used.subject.title(), used.jobs)).collect()
     }
 
     #[test]

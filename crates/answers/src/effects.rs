@@ -6,7 +6,7 @@
 mod groups;
 mod job;
 
-pub use groups::{EffectGroup, Overview, overview};
+pub use groups::{EffectGroup, Overview, OverviewDraft, overview};
 pub use job::{
     EffectLine, JobEffects, JobMethod, Prediction, SolverChoice, effects, effects_of_job,
     missing_surface, variants,

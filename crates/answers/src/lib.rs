@@ -17,7 +17,7 @@
 //!   [`patches`] and `solutions` read what one job has left.
 //! - `kind` says of each kind of study what is done with its jobs ([`perform`], [`forecast`]) and
 //!   how it answers.
-//! - [`used_subjects`] says what of the method and of the effects the jobs of a study use, for a
+//! - [`SubjectCounts`] say what of the method and of the effects the jobs of a study use, for a
 //!   list of references.
 //! - [`shards`] cuts a study into parts for machines that do not know of each other.
 //! - [`Results`] puts these together, a [`Selection`] of it is a table, and two of them have a
@@ -53,6 +53,7 @@ mod sensitivity;
 pub mod shards;
 mod solutions;
 mod statistics;
+mod study_rows;
 mod survey;
 mod tabled;
 #[cfg(test)]
@@ -62,7 +63,7 @@ mod variation;
 mod warnings;
 
 pub use accounts::{Accounts, ComputingRun};
-pub use citations::{UsedSubject, used_subjects};
+pub use citations::{SubjectCounts, UsedSubject};
 pub use comparison::AnswerTable;
 pub use difference::Difference;
 pub use error::AnswerError;
@@ -77,6 +78,7 @@ pub use progress::{FailedResult, Failures, Progress};
 pub use records::{RecordMap, Records, RecordsError};
 pub use results::{FigureRows, POINTS_IN_MEMORY, Results};
 pub use selection::{RowSource, Selection};
+pub use study_rows::StudyRows;
 pub use survey::survey;
 pub use tabled::{
     ROWS_OF_A_BLOCK, RowKeeper, SurveyNotes, TabledColumn, TabledRows, cells_of_account,

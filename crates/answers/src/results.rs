@@ -24,6 +24,8 @@ use crate::undrawn::{IS_CERTIFIED, Undrawn, only_certified};
 use crate::variation::{FigureRanges, answering_figures, columns_of, first_varying, noise};
 use crate::warnings::{RequiredError, Subject, Warning, of_elements, of_estimates, of_interiors};
 
+mod parts;
+
 /// The number of points above which the results of a plain study are read in blocks.
 pub const POINTS_IN_MEMORY: usize = 16_384;
 
@@ -442,13 +444,16 @@ impl<'r> Results<'r> {
 
     /// Returns the figures that answer the study's question: those of its file, else the first of
     /// the suggested ones that shows something that varies along its abscissa. There is none if
-    /// nothing does.
+    /// nothing does, or if there are too many points.
     ///
     /// # Errors
     /// The fields of a record that is compared cannot be read.
     pub fn figures(&self) -> Result<&[Figure], AnswerError> {
         if let Some(figures) = self.figures.get() {
             return Ok(figures);
+        }
+        if matches!(self.held, HeldResults::Survey(_)) && !self.study.is_listed() {
+            return Ok(&[]);
         }
         let figures = answering_figures(&self.study, |suggestions| self.varying(suggestions))?;
         Ok(self.figures.get_or_init(|| figures))

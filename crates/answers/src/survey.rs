@@ -13,6 +13,7 @@ use crate::path::PathColumns;
 use crate::progress::{Failures, Progress};
 use crate::records::Records;
 use crate::rows::heads;
+use crate::study_rows::HeldRows;
 use crate::tabled::{RowKeeper, SurveyNotes, TabledRows, rows_of_table, tabled_columns};
 use crate::undrawn::IS_CERTIFIED;
 use crate::variation::{FigureRanges, answering_figures, columns_of, first_varying, noise};
@@ -40,6 +41,8 @@ pub(crate) struct Surveyor<'s> {
     requests: Vec<&'static str>,
     path: PathColumns,
     has_files: bool,
+    fieldless: usize,
+    has_paths: bool,
     /// The columns from which it follows what the suggested figures show.
     columns: Vec<Column>,
     ranges: Vec<FigureRanges<'s>>,
@@ -65,6 +68,8 @@ impl<'s> Surveyor<'s> {
             requests: Vec::new(),
             path: PathColumns::default(),
             has_files: false,
+            fieldless: 0,
+            has_paths: false,
             columns,
             ranges: suggestions.iter().map(FigureRanges::of).collect(),
         })
@@ -87,6 +92,8 @@ impl<'s> Surveyor<'s> {
             self.interiors.add(record);
             self.estimates.add(record);
             self.has_files |= has_file(record);
+            self.has_paths |= record.outcome().is_some_and(|outcome| outcome.steps.len() > 1);
+            self.fieldless += usize::from(record.is_certified() && !leaves_fields(record));
         }
         if self.ranges.is_empty() {
             return Ok(());
@@ -112,6 +119,8 @@ impl<'s> Surveyor<'s> {
             warnings,
             noise,
             has_files: self.has_files,
+            fieldless: self.fieldless,
+            has_paths: self.has_paths,
             usual: [usual(None), usual(Some(self.path.names()))],
         })
     }
@@ -189,6 +198,8 @@ pub(crate) struct Survey<'r> {
     pub(crate) notes: SurveyNotes,
     /// The jobs that have failed; `None` if only the records tell.
     failures: Option<Failures>,
+    /// The accounts of the runs, unless the table has them.
+    accounts: Accounts,
     rows: SurveyedRows<'r>,
 }
 
@@ -198,6 +209,14 @@ enum SurveyedRows<'r> {
     Shown(DataTable),
     /// A table of all of them.
     Tabled(&'r dyn TabledRows),
+}
+
+/// Returns whether a record has fields: its own, or those of a solution that a search has found.
+pub(crate) fn leaves_fields(record: &Record) -> bool {
+    match record.multiplicity() {
+        Some(found) => !found.solutions.is_empty(),
+        None => record.fields.is_some(),
+    }
 }
 
 /// Returns whether a record has its fields in a file.
@@ -215,7 +234,7 @@ impl<'r> Survey<'r> {
         let mut failures = Failures::default();
         let most = if study.is_listed() { usize::MAX } else { FIRST_ROWS };
         let mut rows = Vec::new();
-        visit(study, source, POINTS_AT_ONCE, &mut |block| {
+        let accounts = visit(study, source, POINTS_AT_ONCE, &mut |block| {
             block.computed().for_each(|(_, record)| failures.add(record, MOST_FAILURES));
             if rows.len() < most {
                 rows.extend(block.rows(&columns));
@@ -224,12 +243,13 @@ impl<'r> Survey<'r> {
             surveyor.add(&block).map(|()| true)
         })?;
         let rows = SurveyedRows::Shown(DataTable::new(heads(&columns), rows)?);
-        Ok(Survey { notes: surveyor.notes()?, failures: Some(failures), rows })
+        Ok(Survey { notes: surveyor.notes()?, failures: Some(failures), accounts, rows })
     }
 
     /// Takes a table of a study for its results, with what was noted of them.
     pub(crate) fn of_table(notes: SurveyNotes, table: &'r dyn TabledRows) -> Self {
-        Survey { notes, failures: None, rows: SurveyedRows::Tabled(table) }
+        let accounts = Accounts::default();
+        Survey { notes, failures: None, accounts, rows: SurveyedRows::Tabled(table) }
     }
 
     /// Returns the jobs that have ended without a solution.
@@ -249,11 +269,19 @@ impl<'r> Survey<'r> {
         Ok(failures)
     }
 
-    /// Returns the accounts of the runs that computed the results, if the table has them.
+    /// Returns the accounts of the runs that computed the results.
     pub(crate) fn accounts(&self) -> Accounts {
         match self.rows {
-            SurveyedRows::Shown(_) => Accounts::default(),
+            SurveyedRows::Shown(_) => self.accounts.clone(),
             SurveyedRows::Tabled(table) => table.accounts(),
+        }
+    }
+
+    /// Returns the place where every row with every column comes from.
+    pub(crate) fn held(&self, source: &'r dyn Records) -> HeldRows<'r> {
+        match self.rows {
+            SurveyedRows::Shown(_) => HeldRows::Records(source),
+            SurveyedRows::Tabled(table) => HeldRows::Table(table),
         }
     }
 

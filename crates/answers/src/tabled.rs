@@ -38,6 +38,10 @@ pub struct SurveyNotes {
     pub(crate) noise: f64,
     /// Some record has its fields in a file.
     pub(crate) has_files: bool,
+    /// The number of points that are solved and whose record has no fields.
+    pub(crate) fieldless: usize,
+    /// Some loading path has several increments.
+    pub(crate) has_paths: bool,
     /// The usual columns of the points, and of their increments.
     pub(crate) usual: [Vec<String>; 2],
 }

@@ -41,7 +41,15 @@ impl DataTable {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn filter(&self, expression: &str) -> Result<DataTable, FilterError> {
-        self.keep_by(expression, |truth| truth == Some(true))
+        Ok(self.keep(&self.holding(expression)?))
+    }
+
+    /// Says for each row whether an expression holds for it.
+    ///
+    /// # Errors
+    /// Those of [`filter`](DataTable::filter).
+    pub fn holding(&self, expression: &str) -> Result<Vec<bool>, FilterError> {
+        self.truths(expression, |truth| truth == Some(true))
     }
 
     /// Returns the rows for which an expression may hold, in their order: those for which it holds,
@@ -50,27 +58,25 @@ impl DataTable {
     /// # Errors
     /// Those of [`filter`](DataTable::filter).
     pub fn filter_possible(&self, expression: &str) -> Result<DataTable, FilterError> {
-        self.keep_by(expression, |truth| truth != Some(false))
+        Ok(self.keep(&self.truths(expression, |truth| truth != Some(false))?))
     }
 
-    /// Returns the rows for which the truth of an expression, `None` where it is unknown, is
+    /// Says for each row whether the truth of an expression, `None` where it is unknown, is
     /// wanted.
-    fn keep_by(
+    fn truths(
         &self,
         expression: &str,
         is_wanted: impl Fn(Option<bool>) -> bool,
-    ) -> Result<DataTable, FilterError> {
+    ) -> Result<Vec<bool>, FilterError> {
         let condition = Condition::new(expression, self)?;
-        let keep = self
-            .rows()
+        self.rows()
             .iter()
             .enumerate()
             .map(|(i, row)| match condition.truth(&|column| value(&row[column])) {
                 Ok(truth) => Ok(is_wanted(truth)),
                 Err(message) => Err(FilterError::Mismatch(format!("{message} (in row {})", i + 1))),
             })
-            .collect::<Result<Vec<bool>, _>>()?;
-        Ok(self.keep(&keep))
+            .collect()
     }
 }
 

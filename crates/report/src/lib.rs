@@ -59,7 +59,8 @@ pub use field::{
 };
 pub use filter::{FilteredColumn, sought_texts};
 pub use page::{
-    JobColumn, JobMaps, JobTable, Page, PageBlock, PageFigure, PageSection, quantity_words,
+    ColumnRoom, FittedTable, JobColumn, JobMaps, JobTable, Page, PageBlock, PageFigure,
+    PageSection, quantity_words,
 };
 pub use pareto::{NoisyPoint, pareto_front, pareto_front_within};
 pub use plot::{

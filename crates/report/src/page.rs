@@ -15,5 +15,5 @@ mod quantity;
 
 pub use block::{Page, PageBlock, PageFigure, PageSection};
 pub use job_maps::JobMaps;
-pub use job_table::{JobColumn, JobTable};
+pub use job_table::{ColumnRoom, FittedTable, JobColumn, JobTable};
 pub use quantity::quantity_words;

@@ -1,18 +1,17 @@
 //! The jobs of a report whose fields are in the page.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
-use answers::Results;
+use answers::{AnswerError, Results};
 use anyhow::{Result, anyhow, bail};
 use contact::model::Fields;
-use report::{JobMaps, PageBlock, PageSection};
-use store::StoreReader;
-use study::{Figure, Record, StudyPoint};
+use identity::JobKey;
+use report::{Cell, JobMaps, PageBlock, PageSection};
+use study::{Figure, Record};
 
 use super::rows::JobRows;
 use crate::cli::FieldChoice;
 use crate::fields::{page_fields, solution_fields};
-use crate::stored;
 use crate::words::count;
 
 /// The number of jobs that are chosen unless it is given: the first, the last, the extremes of the
@@ -40,25 +39,14 @@ pub(super) struct ChosenFields {
 /// Reads the fields of the jobs that are asked for, or of those that tell most, as far as there is
 /// room.
 pub(super) fn fields(
-    reader: &StoreReader,
     results: &Results<'_>,
     rows: &JobRows<'_>,
     room: &FieldsRoom<'_>,
 ) -> Result<ChosenFields> {
-    let points: HashMap<String, &StudyPoint> =
-        results.points().iter().map(|point| (point.key.to_string(), point)).collect();
-    let record = |key: &str| points.get(key).and_then(|point| results.record(point));
-    let keys = rows.keys();
     let (wanted, bytes, is_asked) = match room.choice {
-        Some(FieldChoice::Keys(beginnings)) => {
-            let keys = beginnings
-                .iter()
-                .map(|beginning| found(&keys, beginning, &rows.study))
-                .collect::<Result<Vec<_>>>()?;
-            (keys, MOST_BYTES, true)
-        }
-        Some(FieldChoice::Count(most)) => (telling(rows, &record, *most, *most), room.bytes, false),
-        None => (telling(rows, &record, MOST, FEW), room.bytes, false),
+        Some(FieldChoice::Keys(beginnings)) => (found(rows, beginnings)?, MOST_BYTES, true),
+        Some(FieldChoice::Count(most)) => (telling(rows, *most, *most)?, room.bytes, false),
+        None => (telling(rows, MOST, FEW)?, room.bytes, false),
     };
     let mut chosen = ChosenFields::default();
     let (mut used, mut too_large) = (0, 0);
@@ -66,10 +54,11 @@ pub(super) fn fields(
         if chosen.keys.contains(&key) {
             continue;
         }
-        let Some(record) = record(&key) else {
+        let records = results.records_of(&key.parse::<JobKey>().into_iter().collect::<Vec<_>>())?;
+        let Some(record) = records.values().next() else {
             bail!("job {key} has no result yet, and so no fields");
         };
-        let read = match read_fields(reader, record) {
+        let read = match read_fields(results, record) {
             Ok(read) => read,
             // What was asked for by name must be there; the rest of a page is worth having anyway.
             Err(error) if is_asked => return Err(error),
@@ -96,29 +85,11 @@ pub(super) fn fields(
     Ok(chosen)
 }
 
-/// Says for each row whether its job has left fields.
-pub(super) fn with_fields(results: &Results<'_>, rows: &JobRows<'_>) -> Vec<bool> {
-    let fields: HashMap<String, bool> = results
-        .points()
-        .iter()
-        .map(|point| (point.key.to_string(), results.record(point).is_some_and(leaves_fields)))
-        .collect();
-    rows.keys().into_iter().map(|key| fields.get(key).copied().unwrap_or(false)).collect()
-}
-
-/// Returns true if a record has fields: its own, or those of a solution that a search has found.
-fn leaves_fields(record: &Record) -> bool {
-    match record.multiplicity() {
-        Some(found) => !found.solutions.is_empty(),
-        None => record.fields.is_some(),
-    }
-}
-
 /// Reads the fields of a record; of a search, those of the first solution.
-fn read_fields(reader: &StoreReader, record: &Record) -> Result<Fields> {
+fn read_fields(results: &Results<'_>, record: &Record) -> Result<Fields> {
     match record.multiplicity() {
         Some(found) => solution_fields(found, None),
-        None => stored::fields(reader.blobs(), record),
+        None => Ok(results.fields_of(record).map_err(AnswerError::Records)?),
     }
 }
 
@@ -139,51 +110,47 @@ fn notes(record: &Record) -> Vec<String> {
     notes
 }
 
-/// Returns the only key that begins with some characters.
-fn found(keys: &[&str], beginning: &str, study: &str) -> Result<String> {
-    let matching: BTreeSet<&str> =
-        keys.iter().copied().filter(|key| key.starts_with(beginning)).collect();
-    let mut matching = matching.into_iter();
-    match (matching.next(), matching.len()) {
-        (Some(key), 0) => Ok(key.to_owned()),
-        (None, _) => Err(anyhow!(
+/// Returns for each of some beginnings the only key that begins so.
+fn found(rows: &JobRows<'_>, beginnings: &[String]) -> Result<Vec<String>> {
+    // The number of keys that begin so, and one of them.
+    let mut found: Vec<(usize, String)> = vec![(0, String::new()); beginnings.len()];
+    rows.rows.visit(&["key"], &mut |first, block| {
+        for (row, cells) in (first..).zip(block.rows()) {
+            let [Cell::Text(key)] = &cells[..] else { continue };
+            for (beginning, (count, one)) in beginnings.iter().zip(&mut found) {
+                if rows.standings.is_first[row] && key.starts_with(beginning) {
+                    *count += 1;
+                    one.clone_from(key);
+                }
+            }
+        }
+        Ok::<bool, AnswerError>(true)
+    })?;
+    let only = |((count, key), beginning): ((usize, String), &String)| match count {
+        0 => Err(anyhow!(
             "no job of the report has a key that begins with `{beginning}`; `{}` lists them",
-            wording::command(["query", study, "--select", "key"])
+            wording::command(["query", &rows.study, "--select", "key"])
         )),
-        (_, more) => Err(anyhow!(
-            "{} jobs have keys that begin with `{beginning}`; give more of it",
-            more + 1
-        )),
-    }
+        1 => Ok(key),
+        _ => Err(anyhow!("{count} jobs have keys that begin with `{beginning}`; give more of it")),
+    };
+    found.into_iter().zip(beginnings).map(only).collect()
 }
 
 /// Chooses at most `most` of the jobs that have certified fields: the extremes of the figures, the
 /// first and the last, then some evenly between them up to `few`. They are in the order of the
 /// rows.
-fn telling<'a>(
-    rows: &JobRows<'_>,
-    record: &impl Fn(&str) -> Option<&'a Record>,
-    most: usize,
-    few: usize,
-) -> Vec<String> {
-    let keys = rows.keys();
-    let has_fields = |row: &usize| {
-        record(keys[*row]).is_some_and(|record| record.is_certified() && leaves_fields(record))
-    };
-    let mut seen = BTreeSet::new();
+fn telling(rows: &JobRows<'_>, most: usize, few: usize) -> Result<Vec<String>> {
+    let has_fields = rows.standings.has_fields.iter().enumerate();
     let candidates: Vec<usize> =
-        (0..keys.len()).filter(|row| has_fields(row) && seen.insert(keys[*row])).collect();
+        has_fields.filter(|(_, has_fields)| **has_fields).map(|(row, _)| row).collect();
     let mut ranked: Vec<usize> = candidates.first().into_iter().copied().collect();
     ranked.extend(candidates.last());
     let figures = rows.results.figures().unwrap_or_default();
-    let is_candidate: BTreeSet<usize> = candidates.iter().copied().collect();
-    for name in figures.iter().flat_map(Figure::shown) {
-        let numbers: Vec<(usize, f64)> =
-            rows.numbers(name).into_iter().filter(|(row, _)| is_candidate.contains(row)).collect();
-        let by_value = |a: &&(usize, f64), b: &&(usize, f64)| a.1.total_cmp(&b.1);
+    for summary in figures.iter().flat_map(Figure::shown).filter_map(|name| rows.summary(name)) {
         // Of equal values the first counts, whether they are least or largest.
-        ranked.extend(numbers.iter().min_by(by_value).map(|(row, _)| *row));
-        ranked.extend(numbers.iter().rev().max_by(by_value).map(|(row, _)| *row));
+        let ends = [summary.with_fields.least, summary.with_fields.most];
+        ranked.extend(ends.into_iter().flatten().map(|(row, _)| row));
     }
     let between = few.min(candidates.len());
     ranked.extend(
@@ -198,7 +165,7 @@ fn telling<'a>(
             chosen.insert(row);
         }
     }
-    chosen.into_iter().map(|row| keys[row].to_owned()).collect()
+    rows.keys(&chosen.into_iter().collect::<Vec<_>>())
 }
 
 impl ChosenFields {

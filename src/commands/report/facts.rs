@@ -1,8 +1,9 @@
 //! The sentences and tables of a report.
 
+use std::collections::HashSet;
 use std::ffi::OsString;
 
-use answers::effects::missing_surface;
+use answers::effects::{Overview, OverviewDraft, missing_surface};
 use answers::{AnswerTable, Progress, Results};
 use anyhow::Result;
 use contact::punch::Surfaces;
@@ -10,19 +11,17 @@ use report::{Cell, DataTable, PageBlock, PageSection, TableColumn, TableError, q
 use store::StudyLabels;
 use study::columns::Role;
 use study::job::PHYSICS_VERSION;
-use study::provenance::median;
-use study::{Column, Figure, StudyPoint};
+use study::{Figure, StudyPoint};
 
 use super::provenance;
 use super::rows::JobRows;
 use crate::effect_text::effect_table;
-use crate::job_list::JobList;
 use crate::labels::tag_words;
 use crate::one_result::UsedFiles;
 use crate::words::{count, duration};
 
 /// The most rows of a table that is not the table of jobs.
-const MOST_ROWS: usize = 200;
+pub(super) const MOST_ROWS: usize = 200;
 
 /// Returns the section that comes first: how far the study is, what it says, and what is to be
 /// doubted of it.
@@ -113,37 +112,41 @@ fn ranges(results: &Results<'_>, rows: &JobRows<'_>) -> Result<Vec<String>> {
             named.push(name);
         }
     }
-    let range = |name: &&String| {
-        let column = rows.columns.iter().find(|column| column.name == name.as_str())?;
-        let numbers = rows.numbers(name);
-        let by_value = |a: &&(usize, f64), b: &&(usize, f64)| a.1.total_cmp(&b.1);
-        let least = numbers.iter().min_by(by_value)?;
-        let most = numbers.iter().rev().max_by(by_value)?;
-        let name = study::label::label(column, &rows.columns);
-        let of = count(numbers.len(), "point", "points");
+    let mut said = Vec::new();
+    for name in named {
+        let column = rows.columns().iter().find(|column| column.name == name.as_str());
+        let (Some(column), Some(summary)) = (column, rows.summary(name)) else { continue };
+        let (Some(least), Some(most)) = (summary.all.least, summary.all.most) else { continue };
+        let name = study::label::label(column, rows.columns());
+        let of = count(summary.all.count, "point", "points");
         if least.1 == most.1 {
             let value = quantity_words(least.1, column.unit());
-            return Some(format!("The {name} is {value} at all of {of}."));
+            said.push(format!("The {name} is {value} at all of {of}."));
+            continue;
         }
-        let end = |(row, x): &(usize, f64)| {
-            let place = rows.place(*row);
+        let end = |(row, x): (usize, f64)| -> Result<String> {
+            let place = rows.place(row)?;
             let place = if place.is_empty() { place } else { format!(" at {place}") };
-            format!("{}{place}", quantity_words(*x, column.unit()))
+            Ok(format!("{}{place}", quantity_words(x, column.unit())))
         };
-        Some(format!("Over {of} the {name} runs from {} to {}.", end(least), end(most)))
-    };
-    Ok(named.iter().filter_map(range).collect())
+        said.push(format!("Over {of} the {name} runs from {} to {}.", end(least)?, end(most)?));
+    }
+    Ok(said)
 }
 
 /// Returns the beginning of a table, and how much is cut off.
 fn shortened(table: &DataTable) -> Result<Vec<PageBlock>, TableError> {
-    let rows = table.rows();
-    if rows.len() <= MOST_ROWS {
-        return Ok(vec![PageBlock::Table(table.clone())]);
-    }
-    let first = DataTable::new(table.columns().to_vec(), rows[..MOST_ROWS].to_vec())?;
-    let more = format!("{} more rows are left out here.", rows.len() - MOST_ROWS);
-    Ok(vec![PageBlock::Table(first), PageBlock::Words(more)])
+    let rows = table.rows().iter().take(MOST_ROWS).cloned().collect();
+    let first = DataTable::new(table.columns().to_vec(), rows)?;
+    Ok(beginning(first, table.rows().len()))
+}
+
+/// Returns the first rows of a table of so many, and how many are cut off.
+fn beginning(first: DataTable, rows: usize) -> Vec<PageBlock> {
+    let left_out = rows - first.rows().len();
+    let more = format!("{left_out} more rows are left out here.");
+    let more = (left_out > 0).then_some(PageBlock::Words(more));
+    [PageBlock::Table(first)].into_iter().chain(more).collect()
 }
 
 /// Returns the sections that come after the jobs. The words of a command write the page.
@@ -168,28 +171,26 @@ pub(super) fn after(
 
 /// Lists the jobs that failed, with the reason and the command that shows each.
 fn failures(rows: &JobRows<'_>) -> Result<PageSection> {
-    let failed = rows.table.filter("status == \"failed\" || status == \"quarantined\"")?;
-    let axes: Vec<&str> = rows.of_role(Role::Axis).map(|column| column.name.as_ref()).collect();
+    let standings = &rows.standings;
     let mut blocks = Vec::new();
-    if failed.rows().is_empty() {
+    if standings.failed == 0 {
         blocks.push(PageBlock::Words("No job failed.".to_owned()));
     } else {
-        let key = failed.column("key")?;
-        let names: Vec<&str> = axes.into_iter().chain(["status", "reason"]).collect();
-        let told = failed.select(&names)?;
+        let names: Vec<&str> = rows.axes().into_iter().chain(["status", "reason"]).collect();
+        let told = rows.rows.at(&names, &standings.first_failed)?;
+        let keys = rows.keys(&standings.first_failed)?;
         let mut columns = told.columns().to_vec();
         columns.push(TableColumn::new("command", ""));
-        let lines = told.rows().iter().zip(failed.rows()).map(|(told, row)| {
-            let key = if let Cell::Text(key) = &row[key] { key.as_str() } else { "" };
+        let lines = told.rows().iter().zip(&keys).map(|(told, key)| {
             let command = Cell::Text(wording::command(["show", key.get(..12).unwrap_or(key)]));
             told.iter().cloned().chain([command]).collect()
         });
         let table = DataTable::new(columns, lines.collect())?;
         blocks.push(PageBlock::Words(format!(
             "{} left no certified solution.",
-            count(table.rows().len(), "job", "jobs")
+            count(standings.failed, "job", "jobs")
         )));
-        blocks.extend(shortened(&table)?);
+        blocks.extend(beginning(table, standings.failed));
         let query = ["query", &rows.study, "--where", "status != \"certified\""];
         let query = query.into_iter().chain(["--select", "key,status,reason"]);
         blocks.push(PageBlock::Command(wording::command(query)));
@@ -199,11 +200,8 @@ fn failures(rows: &JobRows<'_>) -> Result<PageSection> {
 
 /// Lists the effects that are simulated and left out, with the reasons.
 fn effects(results: &Results<'_>) -> Result<PageSection> {
-    let study = results.study();
-    let overview =
-        JobList::of_points(study, results.points().to_vec()).and_then(|jobs| jobs.effects(study));
     let mut blocks = Vec::new();
-    match overview {
+    match overview(results) {
         Ok(overview) if overview.groups.is_empty() => blocks.push(PageBlock::Words(
             "The jobs of this kind of study solve no single scene, so no effects are chosen for \
              them."
@@ -236,6 +234,18 @@ fn effects(results: &Results<'_>) -> Result<PageSection> {
     Ok(PageSection { id: "effects", title: "Effects", blocks })
 }
 
+/// Returns the effects of all jobs, whose points pass by in blocks.
+fn overview(results: &Results<'_>) -> Result<Overview> {
+    let mut draft = OverviewDraft::of(results.study());
+    let mut seen: HashSet<u128> = HashSet::new();
+    results.visit_points(&mut |points| {
+        let is_first: Vec<bool> =
+            points.iter().map(|point| seen.insert(point.key.half())).collect();
+        draft.add(points, &is_first)
+    })?;
+    Ok(draft.overview())
+}
+
 /// The most groups of jobs whose effects are listed.
 const MOST_GROUPS: usize = 12;
 
@@ -249,11 +259,6 @@ fn texts<const N: usize>(
     DataTable::new(columns, cells.collect())
 }
 
-/// Returns the largest of some numbers with its row.
-fn largest(numbers: &[(usize, f64)]) -> Option<(usize, f64)> {
-    numbers.iter().copied().rev().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-}
-
 /// Returns a residual or an error with two digits.
 fn rounded(x: f64) -> String {
     if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
@@ -261,16 +266,17 @@ fn rounded(x: f64) -> String {
 
 /// Lists the largest figure of each certificate.
 fn certificates(rows: &JobRows<'_>) -> Result<Vec<PageBlock>> {
-    let line = |column: &Column| {
-        let (row, x) = largest(&rows.numbers(&column.name))?;
-        Some([
+    let mut lines = Vec::new();
+    for column in rows.of_role(Role::Certificate) {
+        let summary = rows.summary(&column.name);
+        let Some((row, x)) = summary.and_then(|summary| summary.all.largest) else { continue };
+        lines.push([
             column.name.to_string(),
             column.meaning.to_owned(),
             format!("{} {}", rounded(x), column.unit()).trim_end().to_owned(),
-            rows.place(row),
-        ])
-    };
-    let lines: Vec<_> = rows.of_role(Role::Certificate).filter_map(line).collect();
+            rows.place(row)?,
+        ]);
+    }
     if lines.is_empty() {
         return Ok(vec![PageBlock::Words("No result has a certificate.".to_owned())]);
     }
@@ -286,19 +292,20 @@ fn certificates(rows: &JobRows<'_>) -> Result<Vec<PageBlock>> {
 
 /// Lists the estimated errors.
 fn estimates(rows: &JobRows<'_>) -> Result<Vec<PageBlock>> {
-    let line = |column: &Column| {
-        let numbers = rows.numbers(&column.name);
-        let (row, x) = largest(&numbers)?;
-        let middle = median(numbers.iter().map(|(_, x)| x.abs()).collect());
-        Some([
+    let mut lines = Vec::new();
+    for column in rows.of_role(Role::Error) {
+        let Some(summary) = rows.summary(&column.name) else { continue };
+        let (Some((row, x)), Some(middle)) = (summary.all.largest, summary.median) else {
+            continue;
+        };
+        lines.push([
             column.name.to_string(),
             column.meaning.to_owned(),
             rounded(middle),
             rounded(x),
-            rows.place(row),
-        ])
-    };
-    let lines: Vec<_> = rows.of_role(Role::Error).filter_map(line).collect();
+            rows.place(row)?,
+        ]);
+    }
     if lines.is_empty() {
         return Ok(vec![PageBlock::Words("No error is estimated.".to_owned())]);
     }
@@ -311,23 +318,16 @@ fn estimates(rows: &JobRows<'_>) -> Result<Vec<PageBlock>> {
 /// Says what the jobs took.
 fn cost(rows: &JobRows<'_>) -> Result<PageSection> {
     let mut blocks = Vec::new();
-    let mut seen = std::collections::HashSet::new();
-    let keys = rows.keys();
-    // A job that several points share was computed once.
-    let mut once = |numbers: Vec<(usize, f64)>| -> Vec<(usize, f64)> {
-        seen.clear();
-        numbers.into_iter().filter(|(row, _)| seen.insert(keys[*row])).collect()
-    };
-    let seconds = once(rows.numbers("seconds"));
-    if let Some((row, most)) = largest(&seconds) {
-        let sum: f64 = seconds.iter().map(|(_, x)| x).sum();
-        let place = rows.place(row);
+    let seconds = rows.summary("seconds");
+    let known = seconds.and_then(|seconds| Some((seconds, seconds.of_jobs.largest?)));
+    if let Some((seconds, (row, most))) = known {
+        let place = rows.place(row)?;
         let place = if place.is_empty() { place } else { format!(" at {place}") };
         blocks.push(PageBlock::Words(format!(
             "Solving {} took {} of one worker in all; the median is {}, the largest {}{place}.",
-            count(seconds.len(), "job", "jobs"),
-            duration(sum),
-            duration(median(seconds.iter().map(|(_, x)| *x).collect())),
+            count(seconds.of_jobs.count, "job", "jobs"),
+            duration(seconds.of_jobs.sum),
+            duration(seconds.median.unwrap_or(f64::NAN)),
             duration(most)
         )));
     } else {
@@ -335,15 +335,16 @@ fn cost(rows: &JobRows<'_>) -> Result<PageSection> {
     }
     let mut lines = Vec::new();
     for column in rows.of_role(Role::Work) {
-        let numbers = once(rows.numbers(&column.name));
-        let Some((row, most)) = largest(&numbers) else { continue };
-        let values: Vec<f64> = numbers.iter().map(|(_, x)| *x).collect();
+        let Some(summary) = rows.summary(&column.name) else { continue };
+        let (Some((row, most)), Some(middle)) = (summary.of_jobs.largest, summary.median) else {
+            continue;
+        };
         lines.push([
             column.name.to_string(),
             column.meaning.to_owned(),
-            quantity_words(median(values), column.unit()),
+            quantity_words(middle, column.unit()),
             quantity_words(most, column.unit()),
-            rows.place(row),
+            rows.place(row)?,
         ]);
     }
     if !lines.is_empty() {
@@ -351,6 +352,31 @@ fn cost(rows: &JobRows<'_>) -> Result<PageSection> {
         blocks.push(PageBlock::Table(table));
     }
     Ok(PageSection { id: "cost", title: "Cost", blocks })
+}
+
+/// Returns the words about the files that the jobs read.
+fn used_files(results: &Results<'_>) -> Result<Vec<String>> {
+    let study = results.study();
+    let mut files: Vec<String> = Vec::new();
+    if study.named_files().next().is_none() {
+        return Ok(files);
+    }
+    // Most jobs name no file, and to lay out each of many takes its time.
+    let names_file = |point: &&StudyPoint| missing_surface(&point.job, &Surfaces::new()).is_some();
+    results.visit_points(&mut |points| {
+        for point in points.iter().filter(names_file) {
+            if files.len() >= MOST_ROWS {
+                break;
+            }
+            for words in UsedFiles::of(study, &point.job).words {
+                if !files.contains(&words) {
+                    files.push(words);
+                }
+            }
+        }
+        Ok::<(), anyhow::Error>(())
+    })?;
+    Ok(files)
 }
 
 /// Says how the results can be computed again.
@@ -372,19 +398,7 @@ fn reproduction(results: &Results<'_>, command: &[OsString]) -> Result<PageSecti
         PageBlock::Command(wording::command(["plot", name])),
         PageBlock::Command(wording::command(command)),
     ];
-    let mut files: Vec<String> = Vec::new();
-    // Most jobs name no file, and to lay out each of many takes its time.
-    let names_file = |point: &&StudyPoint| missing_surface(&point.job, &Surfaces::new()).is_some();
-    for point in results.points().iter().filter(names_file) {
-        if files.len() >= MOST_ROWS {
-            break;
-        }
-        for words in UsedFiles::of(study, &point.job).words {
-            if !files.contains(&words) {
-                files.push(words);
-            }
-        }
-    }
+    let files = used_files(results)?;
     if !files.is_empty() {
         blocks.push(PageBlock::Words(
             "It reads files that are not in this page. The store holds them, so that `tribosweep \

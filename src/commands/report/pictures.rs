@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use answers::Results;
 use anyhow::Result;
 use report::{PageBlock, PageFigure, PageSection};
+use study::MOST_POINTS;
 use study::figure::FigureKind;
 
 use super::rows::JobRows;
@@ -18,20 +19,23 @@ const POINT: usize = 60;
 /// The resolution of the others, in dots per inch.
 const RESOLUTION: f64 = 144.0;
 
-/// Returns the section with the figures of a study, of the rows for which a filter holds. The
-/// `listed` first rows are in the page's table. A figure that cannot be drawn hinders no other.
+/// Returns the section with the figures of a study, of the rows for which a filter holds. The jobs
+/// of the `listed` keys are in the page's table. A figure that cannot be drawn hinders no other.
 pub(super) fn section(
     results: &Results<'_>,
     rows: &JobRows<'_>,
-    listed: usize,
+    listed: &[String],
     filter: Option<&str>,
     left_out: &mut Vec<String>,
 ) -> Result<PageSection> {
     let mut blocks = Vec::new();
-    let places = places(&rows.keys(), listed);
+    let places = places(listed);
     let figures = results.figures()?;
     if figures.is_empty() {
         let why = match results.study().suggestions() {
+            _ if !results.study().is_listed() => {
+                format!("There is no figure: figures have at most {MOST_POINTS} points.")
+            }
             [] => "The study has no figure.".to_owned(),
             _ => format!("There is no figure: {}.", nothing_varies(results.study())),
         };
@@ -59,11 +63,16 @@ pub(super) fn section(
         if size <= SKETCH && used + size <= ALL_SKETCHES {
             used += size;
             has_sketch = true;
-            let job = |row: &Vec<report::Cell>| match &row[table.column("key").ok()?] {
+            let is_of_rows = sketch.spots.iter().any(|spot| spot.row.is_some());
+            let keys = match is_of_rows {
+                true => results.figure_keys(figure, filter_of(figure, filter), &table)?,
+                false => Vec::new(),
+            };
+            let job = |key: &report::Cell| match key {
                 report::Cell::Text(key) => places.get(key.as_str()).copied(),
                 _ => None,
             };
-            let jobs = table.rows().iter().map(job).collect();
+            let jobs = keys.iter().map(job).collect();
             blocks.push(PageBlock::Figure(PageFigure::Sketch { sketch, jobs }));
         } else {
             let sentence = format!(
@@ -98,12 +107,12 @@ fn filter_of<'f>(figure: &study::Figure, filter: Option<&'f str>) -> Option<&'f 
     filter.filter(|_| figure.kind != FigureKind::Sensitivity)
 }
 
-/// Returns the row of each job in the page's table, which has the `listed` first rows. Of several
-/// rows the first counts.
-fn places<'k>(keys: &[&'k str], listed: usize) -> HashMap<&'k str, usize> {
+/// Returns the row of each job in the page's table, which has these keys. Of several rows the first
+/// counts.
+fn places(keys: &[String]) -> HashMap<&str, usize> {
     let mut places = HashMap::new();
-    for (row, key) in keys.iter().take(listed).enumerate() {
-        places.entry(*key).or_insert(row);
+    for (row, key) in keys.iter().enumerate() {
+        places.entry(key.as_str()).or_insert(row);
     }
     places
 }
@@ -114,7 +123,8 @@ mod tests {
 
     #[test]
     fn a_job_that_is_cut_from_the_table_has_no_place_in_it() {
-        let places = places(&["a", "b", "a", "c"], 3);
+        let listed = ["a", "b", "a"].map(str::to_owned);
+        let places = places(&listed);
         assert_eq!(["a", "b", "c"].map(|key| places.get(key).copied()), [Some(0), Some(1), None]);
     }
 }

@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use answers::{ComputingRun, Results};
+use answers::{AnswerError, ComputingRun, Results, StudyRows};
 use anyhow::Result;
 use report::{Cell, DataTable, PageBlock, PageSection, TableColumn};
 use study::account::{HashedFile, RunAccount, run_name};
-use study::{Record, StudyPoint};
+use study::job::PHYSICS_VERSION;
 
-use super::rows::JobRows;
+use super::rows::{JobRows, RowStandings};
 use crate::account::{command_words, file_words};
 use crate::words::{count, time_words};
 
@@ -19,13 +19,13 @@ const MOST_COMMANDS: usize = 24;
 /// Says which runs computed the results, where, when and by which commands, as far as the records
 /// name them.
 pub(super) fn section(results: &Results<'_>, rows: &JobRows<'_>) -> Result<PageSection> {
-    let records = records(results, rows);
-    let runs = results.accounts().runs(records.iter().copied());
+    let shares = RunShares::of(results, &rows.rows, &rows.standings)?;
+    let runs = shares.runs(results);
     let mut blocks = Vec::new();
     if runs.is_empty() {
         blocks.push(PageBlock::Words("There is no result yet.".to_owned()));
     } else {
-        blocks.push(PageBlock::Table(table(&runs, &records)?));
+        blocks.push(PageBlock::Table(table(&runs, shares)?));
         blocks.push(PageBlock::Words(
             "A run is called by the first digits of its account's digest. Versions, workers and \
              times are those that the records hold; times are UTC. A commit that ends in -dirty had \
@@ -39,48 +39,81 @@ pub(super) fn section(results: &Results<'_>, rows: &JobRows<'_>) -> Result<PageS
     Ok(PageSection { id: "provenance", title: "Provenance", blocks })
 }
 
-/// Returns the records of the rows, each once.
-fn records<'r>(results: &'r Results<'_>, rows: &JobRows<'_>) -> Vec<&'r Record> {
-    let points: HashMap<String, &StudyPoint> =
-        results.points().iter().map(|point| (point.key.to_string(), point)).collect();
-    let mut seen = HashSet::new();
-    let keys = rows.keys().into_iter().filter(|key| seen.insert(*key));
-    keys.filter_map(|key| results.record(points.get(key)?)).collect()
-}
-
-/// The records of one run by one version of the program and of the physics.
+/// The results of one run, by all versions of the program.
 #[derive(Default)]
-struct RunShare {
+pub(super) struct RunShare {
     jobs: usize,
-    workers: BTreeSet<u32>,
+    workers: HashSet<i64>,
     programs: BTreeSet<String>,
-    physics: BTreeSet<u32>,
-    /// The times of the first and the last record [s since 1970-01-01 UTC].
-    finished: Option<[u64; 2]>,
+    /// The times of the first and the last result, UTC, in the order of time as in that of texts.
+    finished: Option<[String; 2]>,
 }
 
 impl RunShare {
-    fn add(&mut self, record: &Record) {
-        let provenance = &record.provenance;
+    /// Adds the result of a row with the cells of the worker, the program and the time.
+    fn add(&mut self, cells: &[Cell]) {
         self.jobs += 1;
-        self.programs.insert(provenance.program.clone());
-        self.physics.insert(record.physics);
-        if provenance.attempt > 0 {
-            self.workers.insert(provenance.worker);
+        let [worker, program, finished] = cells else { return };
+        if let Cell::Integer(worker) = worker {
+            self.workers.insert(*worker);
         }
-        if provenance.finished > 0 {
-            let time = provenance.finished;
-            let [first, last] = self.finished.unwrap_or([time; 2]);
-            self.finished = Some([first.min(time), last.max(time)]);
+        if let Cell::Text(program) = program
+            && !self.programs.contains(program)
+        {
+            self.programs.insert(program.clone());
+        }
+        if let Cell::Text(time) = finished {
+            match &mut self.finished {
+                Some([first, _]) if time < first => first.clone_from(time),
+                Some([_, last]) if time > last => last.clone_from(time),
+                Some(_) => {}
+                None => self.finished = Some([time.clone(), time.clone()]),
+            }
         }
     }
 }
 
-fn table(runs: &[ComputingRun<'_>], records: &[&Record]) -> Result<DataTable> {
-    let mut shares: HashMap<Option<[u8; 32]>, RunShare> = HashMap::new();
-    for record in records {
-        shares.entry(record.provenance.run).or_default().add(record);
+/// The results by the runs that computed them.
+pub(super) struct RunShares(HashMap<Option<[u8; 32]>, RunShare>);
+
+impl RunShares {
+    /// Reads by which runs the results of some rows were computed, each once.
+    pub(super) fn of(
+        results: &Results<'_>,
+        rows: &StudyRows<'_>,
+        standings: &RowStandings,
+    ) -> Result<Self> {
+        let accounts = results.accounts().listed();
+        let digests: HashMap<String, [u8; 32]> =
+            accounts.into_iter().map(|(digest, _)| (run_name(digest), *digest)).collect();
+        let mut shares: HashMap<Option<[u8; 32]>, RunShare> = HashMap::new();
+        let names = ["status", "run", "worker", "program", "finished"];
+        rows.visit(&names, &mut |first, block| {
+            for (row, cells) in (first..).zip(block.rows()) {
+                if standings.is_first[row] && !cells[0].is_missing() {
+                    let run = if let Cell::Text(run) = &cells[1] { digests.get(run) } else { None };
+                    shares.entry(run.copied()).or_default().add(&cells[2..]);
+                }
+            }
+            Ok::<bool, AnswerError>(true)
+        })?;
+        Ok(RunShares(shares))
     }
+
+    /// Lists the runs, each with the number of its results.
+    pub(super) fn runs<'a>(&self, results: &'a Results<'_>) -> Vec<ComputingRun<'a>> {
+        results.accounts().counted(self.0.iter().map(|(run, share)| (*run, share.jobs)))
+    }
+
+    /// Returns the time of the last result of a run, or of all, in words.
+    pub(super) fn last_finished(&self, run: Option<&[u8; 32]>) -> String {
+        let of_run = self.0.iter().filter(|(digest, _)| run.is_none() || digest.as_ref() == run);
+        let last = of_run.filter_map(|(_, share)| share.finished.as_ref().map(|[_, last]| last));
+        last.max().cloned().unwrap_or_else(|| time_words(0))
+    }
+}
+
+fn table(runs: &[ComputingRun<'_>], RunShares(mut shares): RunShares) -> Result<DataTable> {
     let names = [
         "run",
         "jobs",
@@ -102,13 +135,14 @@ fn table(runs: &[ComputingRun<'_>], records: &[&Record]) -> Result<DataTable> {
         let commit = run.account.and_then(|account| account.program.short_commit());
         let unknown = || "unknown".to_owned();
         let of_machine = |text: fn(&RunAccount) -> String| run.account.map_or_else(unknown, text);
-        let [first, last] = share.finished.map(|ends| ends.map(time_words)).unwrap_or_default();
+        let [first, last] = share.finished.unwrap_or_default();
         let texts = [
             run.digest.as_ref().map_or_else(|| "not named".to_owned(), run_name),
             share.jobs.to_string(),
             listed(share.programs.into_iter().collect()),
             commit.unwrap_or_else(unknown),
-            listed(share.physics.iter().map(u32::to_string).collect()),
+            // The keys of the jobs are those of this physics.
+            PHYSICS_VERSION.to_string(),
             of_machine(|account| account.machine.host.clone()),
             of_machine(|account| account.machine.processor.clone()),
             machine.map_or_else(unknown, |machine| machine.cores.to_string()),

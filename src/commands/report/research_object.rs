@@ -15,11 +15,14 @@ use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 use study::account::{ProgramBuild, RunAccount, run_name};
 
+use super::provenance::RunShares;
+use super::rows::RowStandings;
 use crate::account::{command_words, program_words};
 use crate::citation_text::{REPOSITORY, ReferenceList};
 use crate::figures::draw;
 use crate::frozen_study;
 use crate::machine::this_program;
+use crate::stored_results::StoredResults;
 use crate::table_file::{TableRows, write_csv, write_parquet};
 use crate::words::{count, time_words};
 
@@ -80,6 +83,7 @@ fn above(directory: &Path) -> &Path {
 /// sentences about what it leaves out.
 pub(super) fn write(
     directory: &Path,
+    stored: &StoredResults<'_>,
     results: &Results<'_>,
     page: &str,
     statement: &Statement<'_>,
@@ -94,17 +98,20 @@ pub(super) fn write(
     let mut contents =
         Contents { root: unfinished.path(), parts: Vec::new(), left_out: Vec::new() };
     contents.add_study(results)?;
-    contents.add_results(results)?;
+    contents.add_results(stored, results)?;
     contents.add_figures(results);
     contents.add_text("report.html", "text/html", "The page of the study", page)?;
-    let references = ReferenceList::of(results.study(), results.points())?;
+    let references = ReferenceList::of_results(results)?;
     contents.add_text(
         "references.bib",
         "application/x-bibtex",
         "The references of the method and of the effects that the study uses",
         &references.bibtex(),
     )?;
-    let description = serde_json::to_string_pretty(&contents.description(results, statement))?;
+    let rows = results.rows(None)?;
+    let shares = RunShares::of(results, &rows, &RowStandings::of(results, &rows)?)?;
+    let description =
+        serde_json::to_string_pretty(&contents.description(results, &shares, statement))?;
     fs::write(contents.root.join(METADATA), description + "\n").with_context(unwritten)?;
     let mut files: Vec<String> = contents.parts.iter().map(|part| part.path.clone()).collect();
     files.push(METADATA.to_owned());
@@ -205,21 +212,27 @@ impl Contents<'_> {
 
     /// Adds every column of every point as Parquet and as CSV, and every increment if there are
     /// paths of several.
-    fn add_results(&mut self, results: &Results<'_>) -> Result<()> {
+    fn add_results(&mut self, stored: &StoredResults<'_>, results: &Results<'_>) -> Result<()> {
         let mut tables = vec![("results", "Every point", false)];
-        let is_path = |record: &study::Record| {
-            record.outcome().is_some_and(|outcome| outcome.steps.len() > 1)
-        };
-        if results.points().iter().filter_map(|point| results.record(point)).any(is_path) {
+        if results.have_paths() {
             tables.push(("increments", "Every increment of every loading path", true));
         }
         for (stem, what, steps) in tables {
             let mut selection = Selection { steps, ..Selection::default() };
             let all = selection.all_columns(results.study()).into_iter();
             selection.columns = all.map(|column| column.name.into_owned()).collect();
-            let rows = TableRows::Whole {
-                table: selection.of(results)?,
-                accounts: Cow::Borrowed(results.accounts()),
+            let study = results.study();
+            let rows = match study.has_independent_points() {
+                // They are the same whether they come of a table or of records.
+                true => TableRows::Selected {
+                    selection: &selection,
+                    study,
+                    source: stored.rows_of(&selection),
+                },
+                false => TableRows::Whole {
+                    table: selection.of(results)?,
+                    accounts: Cow::Borrowed(results.accounts()),
+                },
             };
             let columns = selection.typed_columns(results.study())?;
             let [parquet, csv] =
@@ -254,9 +267,14 @@ impl Contents<'_> {
     }
 
     /// Returns the description of everything.
-    fn description(&self, results: &Results<'_>, statement: &Statement<'_>) -> Value {
+    fn description(
+        &self,
+        results: &Results<'_>,
+        shares: &RunShares,
+        statement: &Statement<'_>,
+    ) -> Value {
         let study = results.study();
-        let runs = results.runs();
+        let runs = shares.runs(results);
         let parts = |role: PartRole| -> Vec<Value> {
             self.parts.iter().filter(|part| part.role == role).map(|part| id(&part.path)).collect()
         };
@@ -274,7 +292,7 @@ impl Contents<'_> {
             if !programs.contains(&account.program) {
                 programs.push(account.program.clone());
             }
-            let mut action = action(run, account, &digest, &last_finished(results, Some(&digest)));
+            let mut action = action(run, account, &digest, &shares.last_finished(Some(&digest)));
             action["object"] = parts(PartRole::Input).into();
             action["result"] = parts(PartRole::Result).into();
             actions.push(action);
@@ -302,7 +320,7 @@ impl Contents<'_> {
                 progress.done,
                 count(progress.points, "point", "points")
             ),
-            "datePublished": last_finished(results, None),
+            "datePublished": shares.last_finished(None),
             "hasPart": all,
             "mentions": actions.iter().map(|action| json!({ "@id": action["@id"] }))
                 .collect::<Vec<_>>(),
@@ -365,15 +383,6 @@ fn action(run: &ComputingRun<'_>, account: &RunAccount, digest: &[u8; 32], ended
         "endTime": ended,
         "instrument": { "@id": program_id(program) },
     })
-}
-
-/// Returns the time of the last result, of a run or of all; it stands for the date of a crate,
-/// which must have one.
-fn last_finished(results: &Results<'_>, run: Option<&[u8; 32]>) -> String {
-    let records = results.points().iter().filter_map(|point| results.record(point));
-    let of_run =
-        records.filter(|record| run.is_none_or(|run| record.provenance.run.as_ref() == Some(run)));
-    time_words(of_run.map(|record| record.provenance.finished).max().unwrap_or(0))
 }
 
 /// Returns the name of a program in the description.

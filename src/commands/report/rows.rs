@@ -1,71 +1,275 @@
-//! The jobs of a report as a table with every column.
+//! The jobs of a report: what it says of their columns, each of which passes by once.
 
-use answers::Results;
+use std::collections::{HashMap, HashSet};
+
+use answers::{AnswerError, Results, StudyRows};
 use anyhow::Result;
-use report::{Cell, DataTable, JobColumn};
-use study::Column;
+use identity::JobKey;
+use report::{Cell, ColumnRoom, DataTable, FittedTable, JobColumn, JobTable};
 use study::columns::Role;
+use study::provenance::median;
+use study::{Column, Figure, Standing};
 
-/// The jobs that a report is about, with every column.
+use super::facts::MOST_ROWS;
+
+/// A row with the number that it has in a column.
+type RowNumber = (usize, f64);
+
+/// The jobs that a report is about.
 pub(super) struct JobRows<'r> {
     pub(super) study: String,
     pub(super) results: &'r Results<'r>,
-    pub(super) columns: Vec<Column>,
-    pub(super) table: DataTable,
+    pub(super) rows: StudyRows<'r>,
+    /// The standing of the jobs.
+    pub(super) standings: RowStandings,
+    summaries: HashMap<String, ColumnSummary>,
+    usual: Vec<String>,
+}
+
+/// The rows of jobs by how these have ended.
+#[derive(Default)]
+pub(super) struct RowStandings {
+    /// The job of the row is that of no row before.
+    pub(super) is_first: Vec<bool>,
+    /// The row is the first of a job that is solved and has left fields.
+    pub(super) has_fields: Vec<bool>,
+    /// The number of rows whose jobs have failed, and the first of these.
+    pub(super) failed: usize,
+    pub(super) first_failed: Vec<usize>,
+}
+
+impl RowStandings {
+    /// Reads how the jobs of some rows have ended.
+    pub(super) fn of(results: &Results<'_>, rows: &StudyRows<'_>) -> Result<Self> {
+        let mut standings = RowStandings::default();
+        // Half of a digest tells as many jobs apart as a store has.
+        let mut seen: HashSet<u128> = HashSet::new();
+        let [certified, failed, quarantined] =
+            [Standing::Certified, Standing::Failed, Standing::Quarantined].map(|s| s.to_string());
+        rows.visit(&["key", "status"], &mut |first, block| {
+            let mut solved = Vec::new();
+            for (row, cells) in (first..).zip(block.rows()) {
+                let key = key_of(&cells[0]);
+                let is_first = key.is_none_or(|key| seen.insert(key.half()));
+                let status = if let Cell::Text(status) = &cells[1] { status.as_str() } else { "" };
+                standings.is_first.push(is_first);
+                standings.has_fields.push(false);
+                solved.extend(key.filter(|_| is_first && status == certified).map(|k| (row, k)));
+                if status == failed || status == quarantined {
+                    standings.failed += 1;
+                    if standings.first_failed.len() < MOST_ROWS {
+                        standings.first_failed.push(row);
+                    }
+                }
+            }
+            let keys: Vec<JobKey> = solved.iter().map(|(_, key)| *key).collect();
+            let have_fields = match results.all_have_fields() {
+                true => vec![true; keys.len()],
+                false => results.have_fields(&keys)?,
+            };
+            for ((row, _), has_fields) in solved.iter().zip(have_fields) {
+                standings.has_fields[*row] = has_fields;
+            }
+            Ok::<bool, AnswerError>(true)
+        })?;
+        Ok(standings)
+    }
+}
+
+/// Returns the key of a job in a cell.
+fn key_of(cell: &Cell) -> Option<JobKey> {
+    if let Cell::Text(key) = cell { key.parse().ok() } else { None }
+}
+
+/// The finite numbers of a column, or of some rows of it.
+#[derive(Default)]
+pub(super) struct NumberSummary {
+    pub(super) count: usize,
+    pub(super) sum: f64,
+    /// The first of the least numbers, of the greatest, and of those farthest from 0.
+    pub(super) least: Option<RowNumber>,
+    pub(super) most: Option<RowNumber>,
+    pub(super) largest: Option<RowNumber>,
+}
+
+impl NumberSummary {
+    fn add(&mut self, row: usize, x: f64) {
+        self.count += 1;
+        self.sum += x;
+        if self.least.is_none_or(|(_, least)| x.total_cmp(&least).is_lt()) {
+            self.least = Some((row, x));
+        }
+        if self.most.is_none_or(|(_, most)| x.total_cmp(&most).is_gt()) {
+            self.most = Some((row, x));
+        }
+        if self.largest.is_none_or(|(_, largest)| x.abs().total_cmp(&largest.abs()).is_gt()) {
+            self.largest = Some((row, x));
+        }
+    }
+}
+
+/// The summary of a column.
+#[derive(Default)]
+pub(super) struct ColumnSummary {
+    room: ColumnRoom,
+    /// The numbers of all rows.
+    pub(super) all: NumberSummary,
+    /// The numbers of the first rows of jobs: what several points share was computed once.
+    pub(super) of_jobs: NumberSummary,
+    /// The numbers of the rows whose fields can be shown.
+    pub(super) with_fields: NumberSummary,
+    /// The median: of the magnitudes of estimated errors, and of work and times of jobs.
+    pub(super) median: Option<f64>,
+    /// The numbers, as long as they are needed for the median.
+    numbers: Vec<f64>,
+}
+
+/// The part of a column that a report needs.
+#[derive(Clone, Copy)]
+struct ColumnNeeds {
+    /// The room that it takes in the page.
+    room: bool,
+    /// The extreme numbers.
+    extremes: bool,
+    /// The median of the magnitudes of all numbers.
+    magnitudes: bool,
+    /// The median of the numbers of jobs.
+    work: bool,
+}
+
+impl ColumnNeeds {
+    fn are_numbers(self) -> bool {
+        self.extremes || self.magnitudes || self.work
+    }
+}
+
+impl ColumnSummary {
+    fn add(&mut self, needs: ColumnNeeds, standings: &RowStandings, row: usize, cell: &Cell) {
+        if needs.room || !self.room.is_filled() {
+            self.room.add(cell);
+        }
+        if !needs.are_numbers() {
+            return;
+        }
+        let Some(x) = cell.number().filter(|x| x.is_finite()) else { return };
+        self.all.add(row, x);
+        if standings.is_first[row] {
+            self.of_jobs.add(row, x);
+        }
+        if standings.has_fields[row] {
+            self.with_fields.add(row, x);
+        }
+        if needs.magnitudes {
+            self.numbers.push(x.abs());
+        } else if needs.work && standings.is_first[row] {
+            self.numbers.push(x);
+        }
+    }
+
+    fn end(&mut self) {
+        let numbers = std::mem::take(&mut self.numbers);
+        self.median = (!numbers.is_empty()).then(|| median(numbers));
+    }
 }
 
 impl<'r> JobRows<'r> {
     /// Reads the jobs for which a filter holds.
     pub(super) fn read(results: &'r Results<'r>, filter: Option<&str>) -> Result<Self> {
-        let columns = results.study().columns();
-        let names: Vec<&str> = columns.iter().map(|column| column.name.as_ref()).collect();
-        let mut table = results.table(&names)?;
-        if let Some(expression) = filter {
-            table = table.filter(expression)?;
+        let rows = results.rows(filter)?;
+        let mut jobs = Self {
+            study: results.study().name().to_owned(),
+            results,
+            standings: RowStandings::of(results, &rows)?,
+            rows,
+            summaries: HashMap::new(),
+            usual: results.usual_columns(false)?,
+        };
+        jobs.summarise()?;
+        Ok(jobs)
+    }
+
+    /// Summarises every column: one after the other, or all at once where the rows are made anew
+    /// for each.
+    fn summarise(&mut self) -> Result<()> {
+        let of_figures: Vec<&String> =
+            self.results.figures()?.iter().flat_map(Figure::shown).collect();
+        let is_full = FittedTable::is_full(self.len(), super::TABLE);
+        let needs = |column: &Column| {
+            let is_named = |names: &[String]| names.iter().any(|name| *name == column.name);
+            ColumnNeeds {
+                room: !is_full || is_named(&self.usual),
+                extremes: column.role == Role::Certificate
+                    || of_figures.iter().any(|name| **name == column.name),
+                magnitudes: column.role == Role::Error,
+                work: column.role == Role::Work || column.name == "seconds",
+            }
+        };
+        let columns: Vec<(&str, ColumnNeeds)> = self
+            .rows
+            .columns()
+            .iter()
+            .map(|column| (column.name.as_ref(), needs(column)))
+            .collect();
+        let at_once = if self.rows.are_made_anew() { columns.len() } else { 1 };
+        let mut summaries = HashMap::new();
+        for columns in columns.chunks(at_once.max(1)) {
+            let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+            let mut made: Vec<ColumnSummary> =
+                columns.iter().map(|_| ColumnSummary::default()).collect();
+            self.rows.visit(&names, &mut |first, block| {
+                let mut needs_more = false;
+                for (index, (summary, (_, needs))) in made.iter_mut().zip(columns).enumerate() {
+                    for (row, cells) in (first..).zip(block.rows()) {
+                        summary.add(*needs, &self.standings, row, &cells[index]);
+                    }
+                    needs_more |= needs.room || needs.are_numbers() || !summary.room.is_filled();
+                }
+                Ok::<bool, AnswerError>(needs_more)
+            })?;
+            made.iter_mut().for_each(ColumnSummary::end);
+            summaries.extend(names.into_iter().map(str::to_owned).zip(made));
         }
-        Ok(Self { study: results.study().name().to_owned(), results, columns, table })
+        self.summaries = summaries;
+        Ok(())
     }
 
     /// Returns the number of rows.
     pub(super) fn len(&self) -> usize {
-        self.table.rows().len()
+        self.rows.count()
     }
 
-    /// Returns the cells of a column, from top to bottom; none if there is no such column.
-    pub(super) fn cells(&self, name: &str) -> impl Iterator<Item = &Cell> {
-        let column = self.table.column(name).ok();
-        self.table.rows().iter().filter_map(move |row| row.get(column?))
+    /// Returns the columns that there are.
+    pub(super) fn columns(&self) -> &[Column] {
+        self.rows.columns()
     }
 
-    /// Returns the numbers of a column with their rows.
-    pub(super) fn numbers(&self, name: &str) -> Vec<(usize, f64)> {
-        let finite =
-            |(row, cell): (usize, &Cell)| Some((row, cell.number().filter(|x| x.is_finite())?));
-        self.cells(name).enumerate().filter_map(finite).collect()
-    }
-
-    /// Returns the texts in a column by row, empty where there is none.
-    pub(super) fn texts(&self, name: &str) -> Vec<&str> {
-        fn text(cell: &Cell) -> &str {
-            if let Cell::Text(text) = cell { text } else { "" }
-        }
-        self.cells(name).map(text).collect()
-    }
-
-    /// Returns the keys of the jobs by row.
-    pub(super) fn keys(&self) -> Vec<&str> {
-        self.texts("key")
+    /// Returns the summary of a column, if there is one with the name.
+    pub(super) fn summary(&self, name: &str) -> Option<&ColumnSummary> {
+        self.summaries.get(name)
     }
 
     /// Iterates over the columns of a role.
     pub(super) fn of_role(&self, role: Role) -> impl Iterator<Item = &Column> {
-        self.columns.iter().filter(move |column| column.role == role)
+        self.columns().iter().filter(move |column| column.role == role)
+    }
+
+    /// Returns the names of the axes.
+    pub(super) fn axes(&self) -> Vec<&str> {
+        self.of_role(Role::Axis).map(|column| column.name.as_ref()).collect()
+    }
+
+    /// Returns the keys of the jobs in some rows, whose numbers ascend.
+    pub(super) fn keys(&self, rows: &[usize]) -> Result<Vec<String>> {
+        let text = |row: &Vec<Cell>| match &row[..] {
+            [Cell::Text(key)] => key.clone(),
+            _ => String::new(),
+        };
+        Ok(self.rows.at(&["key"], rows)?.rows().iter().map(text).collect())
     }
 
     /// Returns the values of the axes in a row, in words.
-    pub(super) fn place(&self, row: usize) -> String {
-        let words = |column: &Column| {
-            let cell = self.cells(&column.name).nth(row)?;
+    pub(super) fn place(&self, row: usize) -> Result<String> {
+        let words = |(column, cell): (&Column, &Cell)| {
             let text = match cell {
                 Cell::Number(x) => report::quantity_words(*x, column.unit()),
                 Cell::Integer(i) => i.to_string(),
@@ -75,19 +279,45 @@ impl<'r> JobRows<'r> {
             };
             Some(format!("{} = {text}", column.name))
         };
-        self.of_role(Role::Axis).filter_map(words).collect::<Vec<_>>().join(", ")
+        let cells = self.rows.at(&self.axes(), &[row])?;
+        let cells = cells.rows().iter().flatten();
+        Ok(self.of_role(Role::Axis).zip(cells).filter_map(words).collect::<Vec<_>>().join(", "))
     }
 
     /// Returns the columns that have a value in some row, except for the key.
     pub(super) fn filled_columns(&self) -> impl Iterator<Item = &str> {
-        let is_filled =
-            |name: &&str| *name != "key" && self.cells(name).any(|cell| !cell.is_missing());
-        self.columns.iter().map(|column| column.name.as_ref()).filter(is_filled)
+        let is_filled = |name: &&str| {
+            *name != "key" && self.summary(name).is_some_and(|summary| summary.room.is_filled())
+        };
+        self.columns().iter().map(|column| column.name.as_ref()).filter(is_filled)
+    }
+
+    /// Returns the table of jobs in the page, as far as there is room for it.
+    pub(super) fn job_table(&self) -> Result<JobTable> {
+        let room = |column: &JobColumn| {
+            self.summary(&column.name).map(|summary| summary.room.clone()).unwrap_or_default()
+        };
+        let columns: Vec<(JobColumn, ColumnRoom)> = self
+            .job_columns()
+            .into_iter()
+            .map(|column| {
+                let room = room(&column);
+                (column, room)
+            })
+            .collect();
+        let FittedTable { columns, rows } = FittedTable::of(columns, self.len(), super::TABLE);
+        let names: Vec<&str> =
+            columns.iter().map(|column| column.name.as_str()).chain(["key"]).collect();
+        let table: DataTable = self.rows.at(&names, &(0..rows).collect::<Vec<_>>())?;
+        let table = JobTable::of_rows(&table, columns)?;
+        let keys: Option<Vec<JobKey>> = table.keys().iter().map(|key| key.parse().ok()).collect();
+        let have_fields = self.results.have_fields(&keys.unwrap_or_default())?;
+        Ok(table.with_fields(|row| have_fields.get(row).is_some_and(|has_fields| *has_fields)))
     }
 
     /// Returns the columns of the table in the page: those that answer the question first.
-    pub(super) fn job_columns(&self, results: &Results<'_>) -> Result<Vec<JobColumn>> {
-        let usual = results.usual_columns(false)?;
+    fn job_columns(&self) -> Vec<JobColumn> {
+        let usual = &self.usual;
         let group = |role: Role| match role {
             Role::Axis => "axis",
             Role::Key => "setting",
@@ -106,11 +336,11 @@ impl<'r> JobRows<'r> {
             is_shown: usual.iter().any(|name| *name == column.name) && column.name != "key",
         };
         let mut columns: Vec<JobColumn> =
-            self.columns.iter().filter(|column| column.name != "key").map(column).collect();
+            self.columns().iter().filter(|column| column.name != "key").map(column).collect();
         let rank = |column: &JobColumn| {
             usual.iter().position(|name| *name == column.name).unwrap_or(usize::MAX)
         };
         columns.sort_by_key(rank);
-        Ok(columns)
+        columns
     }
 }

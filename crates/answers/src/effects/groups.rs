@@ -1,10 +1,10 @@
 //! Groups of jobs that call for the same effects.
 
 use std::collections::{HashMap, HashSet};
-use std::ops::Add;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::ops::Range;
 
 use contact::model::Effect;
-use identity::JobKey;
 use rayon::prelude::*;
 use serde::Serialize;
 use study::axis::{Group, SweepAxis};
@@ -59,74 +59,114 @@ pub fn overview(
     points: &[StudyPoint],
     first: &[usize],
 ) -> Result<Overview, AnswerError> {
-    let listed: Vec<JobEffects> = first
-        .par_iter()
-        .filter_map(|index| effects_of_job(&points[*index].job, study.surfaces()))
-        .collect::<Result<_, AnswerError>>()?;
-    let groups_of_jobs = alike(&listed);
-    let members = members(points, first, &groups_of_jobs);
-    let groups: Vec<EffectGroup> = groups_of_jobs
-        .iter()
-        .zip(&members)
-        .filter_map(|(jobs, members)| {
-            let jobs: Vec<&JobEffects> = jobs.iter().map(|job| &listed[*job]).collect();
-            let is_only = groups_of_jobs.len() == 1;
-            Some(EffectGroup {
-                solver: jobs.first()?.solver,
-                first: members.first().copied().unwrap_or(0),
-                label: if is_only { String::new() } else { label(study, points, members) },
-                jobs: jobs.len(),
-                cost: total(jobs.iter().map(|job| job.cost)),
-                effects: merged(&jobs),
-            })
-        })
-        .collect();
-    let solvers: HashSet<Option<SolverChoice>> = listed.iter().map(|job| job.solver).collect();
-    Ok(Overview {
-        common: common(&listed, &groups),
-        solver: solvers.iter().next().copied().filter(|_| solvers.len() == 1).flatten(),
-        cost: total(listed.iter().map(|job| job.cost)),
-        jobs: listed.len(),
-        groups,
-    })
+    let mut is_first = vec![false; points.len()];
+    first.iter().for_each(|index| is_first[*index] = true);
+    let mut draft = OverviewDraft::of(study);
+    draft.add(points, &is_first)?;
+    Ok(draft.overview())
 }
 
-/// Groups the indices of jobs for which the same effects are simulated by the same method.
-fn alike(listed: &[JobEffects]) -> Vec<Vec<usize>> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    let mut known: HashMap<(Option<SolverChoice>, Vec<bool>), usize> = HashMap::new();
-    for (index, job) in listed.iter().enumerate() {
-        let simulated: Vec<bool> = job.lines.iter().map(|line| line.simulated).collect();
-        let group = *known.entry((job.solver, simulated)).or_insert(groups.len());
-        match groups.get_mut(group) {
-            Some(jobs) => jobs.push(index),
-            None => groups.push(vec![index]),
+/// The effects of a study's jobs whose points pass by a few at a time.
+pub struct OverviewDraft<'s> {
+    study: &'s Study,
+    /// The number of points so far.
+    points: usize,
+    all: JobSums,
+    solvers: HashSet<Option<SolverChoice>>,
+    groups: Vec<GroupDraft<'s>>,
+    /// The group of the jobs with a method and with these effects simulated.
+    known: HashMap<(Option<SolverChoice>, Vec<bool>), usize>,
+}
+
+/// A group of jobs so far.
+struct GroupDraft<'s> {
+    /// The index of the first point.
+    first: usize,
+    /// The number of points.
+    points: usize,
+    solver: Option<SolverChoice>,
+    jobs: JobSums,
+    /// The values that its points take, for each group of axes.
+    taken: Vec<TakenValues<'s>>,
+}
+
+impl<'s> OverviewDraft<'s> {
+    /// Returns that of no point.
+    pub fn of(study: &'s Study) -> Self {
+        Self {
+            study,
+            points: 0,
+            all: JobSums::default(),
+            solvers: HashSet::new(),
+            groups: Vec::new(),
+            known: HashMap::new(),
         }
     }
-    groups
-}
 
-/// Returns the indices of the points in each group; points whose jobs coincide are in the same.
-fn members(
-    points: &[StudyPoint],
-    first: &[usize],
-    groups_of_jobs: &[Vec<usize>],
-) -> Vec<Vec<usize>> {
-    let mut group_of: HashMap<JobKey, usize> = HashMap::new();
-    for (group, jobs) in groups_of_jobs.iter().enumerate() {
-        group_of.extend(jobs.iter().map(|job| (points[first[*job]].key, group)));
+    /// Adds the next points. For each of them `is_first` says whether its job is one that no point
+    /// before it has.
+    ///
+    /// # Errors
+    /// A scene has no meaning, or its surfaces are missing.
+    pub fn add(&mut self, points: &[StudyPoint], is_first: &[bool]) -> Result<(), AnswerError> {
+        let surfaces = self.study.surfaces();
+        let listed: Vec<Option<JobEffects>> = points
+            .par_iter()
+            .map(|point| effects_of_job(&point.job, surfaces).transpose())
+            .collect::<Result<_, AnswerError>>()?;
+        for ((point, is_first), job) in points.iter().zip(is_first).zip(&listed) {
+            let index = self.points;
+            self.points += 1;
+            let Some(job) = job else { continue };
+            let simulated: Vec<bool> = job.lines.iter().map(|line| line.simulated).collect();
+            let next = self.groups.len();
+            let group = *self.known.entry((job.solver, simulated)).or_insert(next);
+            if group == next {
+                self.groups.push(GroupDraft {
+                    first: index,
+                    points: 0,
+                    solver: job.solver,
+                    jobs: JobSums::default(),
+                    taken: TakenValues::of(self.study),
+                });
+            }
+            let group = &mut self.groups[group];
+            group.points += 1;
+            group.taken.iter_mut().for_each(|taken| taken.add(point));
+            if *is_first {
+                group.jobs.add(job);
+                self.all.add(job);
+                self.solvers.insert(job.solver);
+            }
+        }
+        Ok(())
     }
-    let mut members: Vec<Vec<usize>> = vec![Vec::new(); groups_of_jobs.len()];
-    for (index, point) in points.iter().enumerate() {
-        if let Some(group) = group_of.get(&point.key) {
-            members[*group].push(index);
+
+    /// Returns the effects of all points that were added.
+    pub fn overview(self) -> Overview {
+        let is_only = self.groups.len() == 1;
+        let group = |group: GroupDraft<'_>| EffectGroup {
+            label: if is_only { String::new() } else { group.label() },
+            first: group.first,
+            solver: group.solver,
+            jobs: group.jobs.count,
+            cost: group.jobs.cost,
+            effects: group.jobs.lines(),
+        };
+        let groups: Vec<EffectGroup> = self.groups.into_iter().map(group).collect();
+        let only = self.solvers.iter().next().copied().filter(|_| self.solvers.len() == 1);
+        Overview {
+            common: common(self.all.lines(), &groups),
+            solver: only.flatten(),
+            cost: self.all.cost,
+            jobs: self.all.count,
+            groups,
         }
     }
-    members
 }
 
-/// Returns the effects that are the same in all groups, if there are several.
-fn common(listed: &[JobEffects], groups: &[EffectGroup]) -> Vec<EffectLine> {
+/// Returns those of the effects of all jobs that are the same in all groups, if there are several.
+fn common(all: Vec<EffectLine>, groups: &[EffectGroup]) -> Vec<EffectLine> {
     if groups.len() <= 1 {
         return Vec::new();
     }
@@ -138,98 +178,148 @@ fn common(listed: &[JobEffects], groups: &[EffectGroup]) -> Vec<EffectLine> {
                 && other.reason == line.reason
         })
     };
-    merged(&listed.iter().collect::<Vec<_>>()).into_iter().filter(is_common).collect()
+    all.into_iter().filter(is_common).collect()
 }
 
 fn line_of(lines: &[EffectLine], effect: Effect) -> Option<&EffectLine> {
     lines.iter().find(|line| line.effect == effect)
 }
 
-fn total(costs: impl Iterator<Item = Prediction>) -> Prediction {
-    costs.fold(Prediction::default(), Add::add)
+/// The sums over several jobs, which are added one by one.
+#[derive(Default)]
+struct JobSums {
+    count: usize,
+    cost: Prediction,
+    /// The effects of the first job, with the predictions of all.
+    lines: Vec<EffectLine>,
+    /// The digests of the reasons for each effect.
+    reasons: Vec<HashSet<u128>>,
 }
 
-/// Returns the effects of several jobs as one list.
-fn merged(jobs: &[&JobEffects]) -> Vec<EffectLine> {
-    let Some((first, rest)) = jobs.split_first() else { return Vec::new() };
-    let mut lines = first.lines.clone();
-    for (index, line) in lines.iter_mut().enumerate() {
-        let mut reasons = HashSet::from([&first.lines[index].reason]);
-        for other in rest.iter().filter_map(|job| job.lines.get(index)) {
-            line.with = line.with.zip(other.with).map(|(sum, with)| sum + with);
-            reasons.insert(&other.reason);
+impl JobSums {
+    fn add(&mut self, job: &JobEffects) {
+        self.cost = self.cost + job.cost;
+        self.count += 1;
+        if self.count == 1 {
+            self.lines.clone_from(&job.lines);
+            self.reasons =
+                job.lines.iter().map(|line| HashSet::from([digest(&line.reason)])).collect();
+            return;
         }
-        line.reasons = reasons.len();
+        for ((line, reasons), other) in self.lines.iter_mut().zip(&mut self.reasons).zip(&job.lines)
+        {
+            line.with = line.with.zip(other.with).map(|(sum, with)| sum + with);
+            if other.reason != line.reason {
+                reasons.insert(digest(&other.reason));
+            }
+        }
     }
-    lines
+
+    /// Returns the effects of the jobs as one list.
+    fn lines(&self) -> Vec<EffectLine> {
+        let mut lines = self.lines.clone();
+        for (line, reasons) in lines.iter_mut().zip(&self.reasons) {
+            line.reasons = reasons.len();
+        }
+        lines
+    }
+}
+
+/// Returns a digest by which very many values are told apart in little memory.
+fn digest(value: &impl Hash) -> u128 {
+    let half = |salt: u8| {
+        let mut hasher = DefaultHasher::new();
+        (salt, value).hash(&mut hasher);
+        u128::from(hasher.finish())
+    };
+    half(0) << 64 | half(1)
 }
 
 /// The most values of an axis that are named one by one; more are a range or a number.
 const NAMED_VALUES: usize = 4;
 
-/// Returns what tells some points from the study's others: the values of the axes, if every
-/// combination of them is there and no other; else the first point. Points that the study chose
-/// have values besides those of the axes.
-fn label(study: &Study, points: &[StudyPoint], members: &[usize]) -> String {
-    let taken = taken_values(study, points, members);
-    let is_product =
-        taken.iter().map(|(_, values)| values.len()).product::<usize>() == members.len();
-    let mut said = Vec::new();
-    for (group, values) in &taken {
-        if group.design().is_some() {
-            let (some, all) = (values.len(), group.len());
-            said.extend((some < all).then(|| format!("{some} of {all} points of the sample")));
-            continue;
+impl GroupDraft<'_> {
+    /// Returns what tells the points from the study's others: the values of the axes, if every
+    /// combination of them is there and no other; else the first point. Points that the study chose
+    /// have values besides those of the axes.
+    fn label(&self) -> String {
+        let is_product =
+            self.taken.iter().map(|taken| taken.known.len()).product::<usize>() == self.points;
+        let mut said = Vec::new();
+        for TakenValues { group, known, values, .. } in &self.taken {
+            if group.design().is_some() {
+                let (some, all) = (known.len(), group.len());
+                said.extend((some < all).then(|| format!("{some} of {all} points of the sample")));
+                continue;
+            }
+            // A group that does not vary tells nothing.
+            let [axis, others @ ..] = group.telling() else { continue };
+            if group.len() == 1 && known.len() == 1 {
+                continue;
+            }
+            if !others.is_empty() {
+                // Only their values together tell which steps these are.
+                let names: Vec<_> = group.telling().iter().map(SweepAxis::column).collect();
+                said.push(format!("{} steps of {}", known.len(), names.join(" with ")));
+                continue;
+            }
+            if is_product {
+                said.extend(axis_label(axis, values));
+            } else {
+                said.extend(values.first().map(|first| format!("{} = {first}", axis.column())));
+            }
         }
-        // A group that does not vary tells nothing.
-        let [axis, others @ ..] = group.telling() else { continue };
-        if group.len() == 1 && values.len() == 1 {
-            continue;
-        }
-        if !others.is_empty() {
-            // Only their values together tell which steps these are.
-            let names: Vec<_> = group.telling().iter().map(SweepAxis::column).collect();
-            said.push(format!("{} steps of {}", values.len(), names.join(" with ")));
-            continue;
-        }
-        if is_product {
-            said.extend(axis_label(axis, values));
-        } else {
-            said.push(format!("{} = {}", axis.column(), values[0]));
-        }
+        format!(
+            "{}{}",
+            if is_product || said.is_empty() { "" } else { "such as " },
+            said.join("; ")
+        )
     }
-    format!("{}{}", if is_product || said.is_empty() { "" } else { "such as " }, said.join("; "))
 }
 
-/// Returns the values that the first [telling](Group::telling) axis of each group takes at some
+/// The values that the first [telling](Group::telling) axis of a group of axes takes at some
 /// points, each once with those of the axes that go together with it.
-fn taken_values<'s>(
-    study: &'s Study,
-    points: &'s [StudyPoint],
-    members: &[usize],
-) -> Vec<(&'s Group, Vec<&'s Value>)> {
-    let mut taken = Vec::new();
-    let mut first_axis = 0;
-    for group in study.groups() {
-        let axes = first_axis..first_axis + group.axes().len();
-        let mut known = HashSet::new();
-        let column = group.telling().first().map(SweepAxis::column);
-        let telling =
-            group.axes().iter().position(|axis| Some(axis.column()) == column).unwrap_or(0);
-        let values = members.iter().filter_map(|member| {
-            let values = &points[*member].values[axes.clone()];
-            let is_new = known.insert(values.iter().map(ValueKey::from).collect::<Vec<_>>());
-            values.get(telling).filter(|_| is_new)
-        });
-        taken.push((group, values.collect()));
-        first_axis = axes.end;
+struct TakenValues<'s> {
+    group: &'s Group,
+    /// The axes of the group among those of the study.
+    axes: Range<usize>,
+    /// The telling axis among them.
+    telling: usize,
+    /// The digests of the values of all axes of the group.
+    known: HashSet<u128>,
+    /// The values of the telling axis; none of a sample, whose points are only counted.
+    values: Vec<Value>,
+}
+
+impl<'s> TakenValues<'s> {
+    /// Returns those of no point, for each group of axes of a study.
+    fn of(study: &'s Study) -> Vec<Self> {
+        let mut first_axis = 0;
+        let of_group = |group: &'s Group| {
+            let axes = first_axis..first_axis + group.axes().len();
+            first_axis = axes.end;
+            let column = group.telling().first().map(SweepAxis::column);
+            let telling =
+                group.axes().iter().position(|axis| Some(axis.column()) == column).unwrap_or(0);
+            TakenValues { group, axes, telling, known: HashSet::new(), values: Vec::new() }
+        };
+        study.groups().iter().map(of_group).collect()
     }
-    taken
+
+    fn add(&mut self, point: &StudyPoint) {
+        let values = &point.values[self.axes.clone()];
+        let key: Vec<ValueKey<'_>> = values.iter().map(ValueKey::from).collect();
+        if self.known.insert(digest(&key)) && self.group.design().is_none() {
+            self.values.extend(values.get(self.telling).cloned());
+        }
+    }
 }
 
 /// Names the values that an axis takes; `None` if it takes all of them.
-fn axis_label(axis: &SweepAxis, values: &[&Value]) -> Option<String> {
+fn axis_label(axis: &SweepAxis, values: &[Value]) -> Option<String> {
     let all: Vec<&Value> = axis.values().collect();
+    let values: Vec<&Value> = values.iter().collect();
+    let values = &values[..];
     let column = axis.column();
     match values {
         _ if values == all => None,
