@@ -88,8 +88,9 @@ impl<'a> StoredResults<'a> {
         Ok(StoredResults { study, labels, table: None, records })
     }
 
-    /// Finds a study in a store like [`of`](StoredResults::of), for a reader that needs every column
-    /// of every point and goes over them several times. It may have as many points as one run takes.
+    /// Finds a study in a store like [`of`](StoredResults::of), for a reader that goes over every
+    /// column of every point, some of them several times. The study may have as many points as one
+    /// run takes.
     pub(crate) fn with_every_column(directory: &'a Path, name: &str) -> Result<Self> {
         let is_small = |study: &Study| {
             study.is_listed() || study.is_one_run() && study.has_independent_points()

@@ -30,8 +30,6 @@ use rows::JobRows;
 
 /// The bytes that a page has, unless more fields are asked for by key.
 const PAGE: usize = 2_900_000;
-/// The bytes of the table of jobs among them.
-const TABLE: usize = 1_300_000;
 
 /// The end of the command.
 #[derive(Serialize)]

@@ -8,7 +8,7 @@ use study::columns::{Compared, Role, Row, along_path, find};
 use study::{Adaptive, Column, Figure, Kind, Record, Study, StudyPoint};
 
 use crate::accounts::{Accounts, ComputingRun};
-use crate::block::{ResultBlock, visit};
+use crate::block::{POINTS_AT_ONCE, ResultBlock, visit};
 use crate::choice::{self, Discovery, Finding, Gathered, PointChoice, gather};
 use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
@@ -18,7 +18,7 @@ use crate::path::path_columns;
 use crate::progress::{Failures, Progress};
 use crate::records::{RecordMap, Records};
 use crate::rows::{heads, increments, row};
-use crate::survey::{POINTS_AT_ONCE, Survey, Surveyor, has_file, usual_names};
+use crate::survey::{Survey, Surveyor, has_file, usual_names};
 use crate::tabled::{RowKeeper, SurveyNotes, TabledRows, tabled_columns};
 use crate::undrawn::{IS_CERTIFIED, Undrawn, only_certified};
 use crate::variation::{FigureRanges, answering_figures, columns_of, first_varying, noise};

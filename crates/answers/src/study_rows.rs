@@ -4,18 +4,17 @@ use report::DataTable;
 use study::{Column, Study, StudyPoint};
 
 use crate::accounts::Accounts;
-use crate::block::{ResultBlock, records_of, visit};
+use crate::block::{POINTS_AT_ONCE, ResultBlock, records_of, visit};
 use crate::error::AnswerError;
 use crate::records::Records;
 use crate::rows::heads;
-use crate::tabled::{TabledRows, rows_of_table};
+use crate::tabled::{ROWS_OF_A_BLOCK, TabledRows, rows_of_table};
 
-/// The points whose records are read at a time.
-const POINTS_AT_ONCE: usize = 4096;
+/// The numbers of points whose records are read at a time, and of rows of a table at least.
+const AT_ONCE: [usize; 2] = [POINTS_AT_ONCE, ROWS_OF_A_BLOCK];
 
 /// The cells of a table that are read at a time, in whole blocks of its rows.
 const CELLS_AT_ONCE: usize = 1 << 17;
-const ROWS_AT_LEAST: usize = 1024;
 
 /// The rows of a study for which a condition holds, in the order of its points. They are counted
 /// from 0, and read again whenever they are asked for, unless they are few.
@@ -26,6 +25,8 @@ pub struct StudyRows<'r> {
     /// The numbers of the points for which the condition holds; `None` if it holds for all.
     chosen: Option<Vec<usize>>,
     count: usize,
+    /// The number of points whose records are read at a time, and of rows of a table at least.
+    at_once: [usize; 2],
 }
 
 /// The place where rows come from.
@@ -54,7 +55,7 @@ impl<'r> StudyRows<'r> {
             HeldRows::Records(_) => study.point_count(),
             HeldRows::Table(table) => table.row_count(),
         };
-        let mut all = StudyRows { study, columns, held, chosen: None, count };
+        let mut all = StudyRows { study, columns, held, chosen: None, count, at_once: AT_ONCE };
         let Some(filter) = filter else { return Ok(all) };
         if let HeldRows::Whole(table) = &all.held {
             let table = table.filter(filter)?;
@@ -76,6 +77,12 @@ impl<'r> StudyRows<'r> {
         all.count = chosen.len();
         all.chosen = Some(chosen);
         Ok(all)
+    }
+
+    /// Returns the rows as they are read a few at a time: so many points with their records, and
+    /// about a hundred times as many cells of a table.
+    pub fn in_blocks_of(self, points: usize) -> Self {
+        StudyRows { at_once: [points, points], ..self }
     }
 
     /// Returns the columns that there are.
@@ -110,8 +117,8 @@ impl<'r> StudyRows<'r> {
                 visitor(0, &table.select(names).map_err(AnswerError::from)?).map(drop)
             }
             HeldRows::Table(table) => {
-                let at_once = (CELLS_AT_ONCE / names.len().max(1) / ROWS_AT_LEAST).max(1);
-                let at_once = at_once * ROWS_AT_LEAST;
+                let blocks = CELLS_AT_ONCE / names.len().max(1) / ROWS_OF_A_BLOCK;
+                let at_once = self.at_once[1] * blocks.max(1);
                 for first in (0..self.count).step_by(at_once) {
                     let rows = self.points(first..self.count.min(first + at_once));
                     if !visitor(first, &rows_of_table(*table, &columns, &rows)?)? {
@@ -122,7 +129,7 @@ impl<'r> StudyRows<'r> {
             }
             HeldRows::Records(records) => {
                 let (mut point, mut row) = (0, 0);
-                let visited = visit(self.study, *records, POINTS_AT_ONCE, &mut |block| {
+                let visited = visit(self.study, *records, self.at_once[0], &mut |block| {
                     let (start, first) = (point, row);
                     point += block.points.len();
                     let mut rows = block.rows(&columns);
@@ -162,7 +169,7 @@ impl<'r> StudyRows<'r> {
             }
             HeldRows::Records(source) => {
                 let mut made = DataTable::new(heads(&columns), Vec::new())?;
-                for rows in rows.chunks(ROWS_AT_LEAST) {
+                for rows in rows.chunks(ROWS_OF_A_BLOCK) {
                     let points = rows.iter().flat_map(|row| self.points(*row..row + 1));
                     let points: Vec<StudyPoint> = points
                         .filter_map(|position| self.study.point(self.study.index(position)?))

@@ -7,7 +7,7 @@ use study::columns::Role;
 use study::{Column, Figure, Record, Study};
 
 use crate::accounts::Accounts;
-use crate::block::{ResultBlock, visit};
+use crate::block::{POINTS_AT_ONCE, ResultBlock, visit};
 use crate::error::AnswerError;
 use crate::path::PathColumns;
 use crate::progress::{Failures, Progress};
@@ -18,10 +18,6 @@ use crate::tabled::{RowKeeper, SurveyNotes, TabledRows, rows_of_table, tabled_co
 use crate::undrawn::IS_CERTIFIED;
 use crate::variation::{FigureRanges, answering_figures, columns_of, first_varying, noise};
 use crate::warnings::{ElementDoubts, EstimateDoubts, InteriorDoubts, RequiredError, Subject};
-
-/// The number of points whose results are read at a time where they are read in blocks: those of
-/// 4096 take some 20 MiB.
-pub(crate) const POINTS_AT_ONCE: usize = 4096;
 
 /// The number of rows that are kept of a study that is too large for a figure.
 const FIRST_ROWS: usize = 1000;

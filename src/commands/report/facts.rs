@@ -14,14 +14,11 @@ use study::job::PHYSICS_VERSION;
 use study::{Figure, StudyPoint};
 
 use super::provenance;
-use super::rows::JobRows;
+use super::rows::{JobRows, MOST_ROWS};
 use crate::effect_text::effect_table;
 use crate::labels::tag_words;
 use crate::one_result::UsedFiles;
 use crate::words::{count, duration};
-
-/// The most rows of a table that is not the table of jobs.
-pub(super) const MOST_ROWS: usize = 200;
 
 /// Returns the section that comes first: how far the study is, what it says, and what is to be
 /// doubted of it.

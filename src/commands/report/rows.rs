@@ -10,7 +10,11 @@ use study::columns::Role;
 use study::provenance::median;
 use study::{Column, Figure, Standing};
 
-use super::facts::MOST_ROWS;
+/// The bytes of the table of jobs in a page.
+const TABLE: usize = 1_300_000;
+
+/// The most rows of a table that is not the table of jobs.
+pub(super) const MOST_ROWS: usize = 200;
 
 /// A row with the number that it has in a column.
 type RowNumber = (usize, f64);
@@ -193,7 +197,7 @@ impl<'r> JobRows<'r> {
     fn summarise(&mut self) -> Result<()> {
         let of_figures: Vec<&String> =
             self.results.figures()?.iter().flat_map(Figure::shown).collect();
-        let is_full = FittedTable::is_full(self.len(), super::TABLE);
+        let is_full = FittedTable::is_full(self.len(), TABLE);
         let needs = |column: &Column| {
             let is_named = |names: &[String]| names.iter().any(|name| *name == column.name);
             ColumnNeeds {
@@ -305,7 +309,7 @@ impl<'r> JobRows<'r> {
                 (column, room)
             })
             .collect();
-        let FittedTable { columns, rows } = FittedTable::of(columns, self.len(), super::TABLE);
+        let FittedTable { columns, rows } = FittedTable::of(columns, self.len(), TABLE);
         let names: Vec<&str> =
             columns.iter().map(|column| column.name.as_str()).chain(["key"]).collect();
         let table: DataTable = self.rows.at(&names, &(0..rows).collect::<Vec<_>>())?;

@@ -78,6 +78,7 @@ fn assert_same_rows(place: &Place, study: &str) {
         said_twice(place, &[&["query", study], *question].concat());
     }
     let figure: &[&str] = &["plot", study, "--output", "rows.svg"];
+    let page: &[&str] = &["report", study, "--output", "rows"];
     let others: &[&[&str]] = &[
         &["answer", study],
         &["answer", study, "--json"],
@@ -86,6 +87,10 @@ fn assert_same_rows(place: &Place, study: &str) {
         &[figure, &["--x", axis, "--y", "seconds,iterations", "--kind", "scatter"]].concat(),
         &[figure, &["--x", axis, "--y", "lode"]].concat(),
         &[figure, &["--steps", "--x", "increment", "--y", "load"]].concat(),
+        page,
+        &[page, &["--where", &is_there]].concat(),
+        &[page, &["--fields", &keys[0][..12]]].concat(),
+        &[page, &["--where", "stat == 3"]].concat(),
     ];
     for question in others {
         said_twice(place, question);
@@ -153,6 +158,7 @@ fn a_long_study_says_of_its_points_what_its_parts_say() {
         &["query", "long", "--sort=-load", "--where", "mu > 0.85"],
         &["answer", "long"],
         &["plot", "long", "--output", "rows.svg"],
+        &["report", "long", "--output", "rows", "--where", "mu < 0.3 || load > 0"],
     ] {
         let said = said_twice(&place, words);
         let is_wrong = words.contains(&"lode > 0");
@@ -161,6 +167,14 @@ fn a_long_study_says_of_its_points_what_its_parts_say() {
     let lines = place.words(&["query", "long"]).out;
     assert_eq!(lines.lines().count(), 17_000 + 5, "two of heads and three rules");
     assert!(place.words(&["answer", "long"]).out.contains(&lines));
+    // An export has no table, so that its records are read in blocks.
+    place.succeed("store export long.tribosweep");
+    let page = |store: &str| {
+        let words = ["report", "long", "--output", "rows.html", "--store", store];
+        assert_eq!(place.words(&words).code, 0);
+        fs::read(place.path("rows.html")).unwrap()
+    };
+    assert!(page(".tribosweep") == page("long.tribosweep"));
 }
 
 /// Runs some jobs of each sweep and asks much of it, with and without its table.

@@ -7,10 +7,11 @@ use report::{Cell, DataTable};
 use study::{Figure, Record, StudyPoint};
 
 use super::{HeldResults, Results};
+use crate::block::POINTS_AT_ONCE;
 use crate::error::AnswerError;
 use crate::records::{RecordMap, RecordsError};
 use crate::study_rows::{HeldRows, StudyRows};
-use crate::survey::{POINTS_AT_ONCE, leaves_fields};
+use crate::survey::leaves_fields;
 use crate::tabled::ROWS_OF_A_BLOCK;
 
 impl Results<'_> {

@@ -117,6 +117,66 @@ fn rows_are_gathered_as_they_are_chosen_in_memory() {
     assert!(all.gathered(&study, source, 17).unwrap().is_none(), "there are 18 rows");
 }
 
+/// Rows that pass by in blocks are those in memory, whatever they are made of, and so are those that
+/// are asked for by their numbers.
+#[test]
+fn rows_of_a_study_are_the_same_wherever_they_come_from() {
+    let study = study();
+    let shelf = mixed_shelf(&study);
+    let keeper = MemoryKeeper::default();
+    let notes = survey(&study, &shelf, Some(&keeper)).unwrap();
+    let table = keeper.0.take();
+    let whole = Results::read(study.clone(), &shelf).unwrap();
+    let blocks = Results::in_blocks_above(1, study.clone(), &shelf).unwrap();
+    let of_table = Results::of_table(study, notes, &table, &shelf);
+    let names = ["mu", "key", "load", "status", "reason"];
+    for filter in [None, Some("mesh == 6 && mu < 0.3"), Some("load > 1"), Some("mu > 7")] {
+        let expected = whole.rows(filter).unwrap();
+        let all = expected.at(&names, &(0..18).collect::<Vec<_>>()).unwrap();
+        assert_eq!(all.rows().len(), expected.count());
+        for (results, points) in [(&whole, 18), (&blocks, 1), (&blocks, 5), (&of_table, 5)] {
+            let rows = results.rows(filter).unwrap().in_blocks_of(points);
+            assert_eq!(rows.count(), expected.count(), "{filter:?}");
+            let mut visited = Vec::new();
+            rows.visit(&names, &mut |first, block| {
+                assert_eq!(first, visited.len());
+                visited.extend_from_slice(block.rows());
+                Ok::<bool, AnswerError>(true)
+            })
+            .unwrap();
+            assert_eq!(visited, all.rows(), "{filter:?}, {points} points at once");
+            let some: Vec<usize> = (0..expected.count()).step_by(3).collect();
+            assert_eq!(rows.at(&names, &some).unwrap(), expected.at(&names, &some).unwrap());
+            let mut blocks = 0;
+            rows.visit(&["mu"], &mut |_, _| {
+                blocks += 1;
+                Ok::<bool, AnswerError>(false)
+            })
+            .unwrap();
+            assert!(blocks <= 1, "the visitor has seen enough");
+            assert!(rows.at(&["mush"], &[0]).is_err());
+        }
+    }
+    for wrong in ["mush > 1", "mu > \"x\"", "mu >"] {
+        for results in [&whole, &blocks, &of_table] {
+            assert!(results.rows(Some(wrong)).is_err(), "{wrong}");
+        }
+    }
+    for results in [&whole, &blocks, &of_table] {
+        let mut keys = Vec::new();
+        results
+            .visit_points(&mut |points| {
+                keys.extend(points.iter().map(|point| point.key));
+                Ok::<(), AnswerError>(())
+            })
+            .unwrap();
+        assert_eq!(keys, table.keys);
+        assert_eq!(results.records_of(&keys).unwrap().len(), 17, "one is older");
+        assert_eq!(results.have_fields(&keys).unwrap(), whole.have_fields(&keys).unwrap());
+        assert!(!results.have_paths() && !results.all_have_fields());
+    }
+}
+
 /// A table in memory.
 #[derive(Default)]
 struct MemoryTable {
