@@ -109,9 +109,7 @@ impl<'a> StoredResults<'a> {
     fn known(directory: &'a Path, name: &str) -> Option<Self> {
         let glance = Glance::at(directory)?;
         let (table, study) = StudyTable::at_a_glance(&glance, name)?;
-        if table.notes().is_none() {
-            return None;
-        }
+        table.notes()?;
         let (labels, table) = (glance.labels(name), Some(table));
         let records = RecordsWhenAsked { directory, reader: OnceCell::new() };
         Some(StoredResults { study, labels, table, records })
