@@ -58,9 +58,7 @@ impl JobList {
     ) -> Result<()> {
         let error = |job: &DistinctJob| {
             let point = &self.points[job.point];
-            let case = point.job.case().filter(|_| !is_done(&point.key))?;
-            let error = Problem::new(&case.scene, &case.numerics, study.surfaces()).err()?;
-            Some(refused(study, job.point, point, &error))
+            if is_done(&point.key) { None } else { bound(study, job.point, point).err() }
         };
         match self.distinct.par_iter().find_map_first(error) {
             Some(error) => Err(error),
@@ -73,15 +71,19 @@ impl JobList {
         let first: Vec<usize> = self.distinct.iter().map(|job| job.point).collect();
         Ok(overview(study, &self.points, &first)?)
     }
+}
 
-    /// Returns the keys of the distinct jobs.
-    pub(crate) fn keys(&self) -> Vec<JobKey> {
-        self.distinct.iter().map(|job| self.points[job.point].key).collect()
+/// Refuses the scene of the point at a position if it cannot be bound to its grid.
+pub(crate) fn bound(study: &Study, position: usize, point: &StudyPoint) -> Result<()> {
+    let Some(case) = point.job.case() else { return Ok(()) };
+    match Problem::new(&case.scene, &case.numerics, study.surfaces()) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(refused(study, position, point, &error)),
     }
 }
 
 /// Returns what is wrong with the scene of the point at a position, at its place in the study file.
-fn refused(
+pub(crate) fn refused(
     study: &Study,
     position: usize,
     point: &StudyPoint,

@@ -1,6 +1,5 @@
 //! `plan`: the jobs that a study would run.
 
-use std::collections::HashSet;
 use std::ffi::OsStr;
 use std::io::IsTerminal;
 
@@ -9,7 +8,6 @@ use answers::choice::{self, PointChoice};
 use answers::effects::{EffectGroup, Overview};
 use answers::shards::{Partition, Shard, ShardLoad};
 use anyhow::{Result, bail};
-use identity::JobKey;
 use indicatif::BinaryBytes;
 use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
@@ -19,13 +17,14 @@ use study::{MOST_POINTS, Study};
 use crate::cli::PlanArgs;
 use crate::effect_text::overview_words;
 use crate::execution::workers;
-use crate::job_list::{DistinctJob, JobList};
+use crate::job_list::JobList;
 use crate::output::{self, Finish, layout};
 use crate::proposal;
 use crate::stored::{StoreSource, read_store};
 use crate::study_file::{StudyShard, read_large_study, read_shard};
 use crate::words::{count, duration, excluded_words};
 
+use stream::PlanSurvey;
 use tally::{MeshShare, PlanTally};
 
 mod stream;
@@ -89,29 +88,22 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         Some(study) => StudyShard::whole(study)?,
         None => read_shard(&args.study, args.shard, &mut |_| false)?,
     };
-    let mut jobs = JobList::of(&study)?;
     let reader = opened(args)?;
+    let mut survey = PlanSurvey::of(&study, reader.as_ref());
     let (mut found, mut more) = (None, None);
     if study.adaptive().is_some() {
+        JobList::of(&study)?;
         let PointChoice { points, findings, more: bound } = choice_so_far(&study, reader.as_ref())?;
-        jobs = JobList::of_points(&study, points)?;
+        survey.add(&points)?;
+        survey.tally.excluded = study.excluded();
         more = bound;
         found = Some(choice::table(&study, &findings)?);
+    } else {
+        choice::check(&study)?;
+        survey.add_all()?;
     }
-    let overview = jobs.effects(&study)?;
-    let cached = cached_keys(&jobs, reader.as_ref())?;
-    jobs.bind(&study, |key| cached.contains(key))?;
-    let is_left = |job: &&DistinctJob| !cached.contains(&jobs.points[job.point].key);
-    let mut tally = PlanTally {
-        points: jobs.points.len(),
-        excluded: study.excluded(),
-        jobs: jobs.distinct.len(),
-        ..PlanTally::default()
-    };
-    for job in jobs.distinct.iter().filter(is_left) {
-        tally.add(&job.forecast);
-    }
-    let mut plan = Plan::of(&study, &tally, &overview, file_lines(&study, &jobs));
+    let (tally, overview, files) = survey.end();
+    let mut plan = Plan::of(&study, &tally, &overview, files);
     plan.chosen = found.as_ref().map(|table| serde_json::from_str(&table.json())).transpose()?;
     plan.more_at_most = more;
     plan.shard = args.shard.map(|_| shard.to_string());
@@ -120,7 +112,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     }
     let mut text = plan.beginning(&tally);
     if let Some(table) = found {
-        text += &plan.following(&jobs);
+        text += &plan.following(&tally);
         text += &format!("\nfound so far\n{}", table.terminal(&layout()));
     }
     text += &format!("\n{}", overview_words(&overview));
@@ -140,14 +132,13 @@ fn opened(args: &PlanArgs) -> Result<Option<StoreReader>> {
 /// Says what the jobs of a study take that has too many points to list them. Its effects are those
 /// of some points.
 fn plan_streamed(args: &PlanArgs, study: &Study) -> Result<Finish> {
-    let tried = JobList::of_points(study, stream::spread(study))?;
     choice::check(study)?;
-    answers::check(study, &tried.points)?;
-    tried.bind(study, |_| false)?;
-    let tally = stream::tally(study, opened(args)?.as_ref())?;
-    let overview = tried.effects(study)?;
-    let mut plan = Plan::of(study, &tally, &overview, file_lines(study, &tried));
-    plan.effects_of = Some(tried.distinct.len());
+    let reader = opened(args)?;
+    let mut survey = PlanSurvey::of(study, reader.as_ref());
+    let looked_at = survey.add_streamed()?;
+    let (tally, overview, files) = survey.end();
+    let mut plan = Plan::of(study, &tally, &overview, files);
+    plan.effects_of = Some(looked_at);
     if args.json {
         return output::print_json(&plan);
     }
@@ -155,8 +146,8 @@ fn plan_streamed(args: &PlanArgs, study: &Study) -> Result<Finish> {
     if study.adaptive().is_some() {
         text += "more follow, as the results demand\n";
     }
-    let tried = count(tried.distinct.len(), "job that was", "jobs that were");
-    text += &format!("\nof the effects, by {tried} looked at\n{}", overview_words(&overview));
+    let looked_at = count(looked_at, "job that was", "jobs that were");
+    text += &format!("\nof the effects, by {looked_at} looked at\n{}", overview_words(&overview));
     text += &proposed(args, &plan);
     output::print(&text)
 }
@@ -284,14 +275,6 @@ fn choice_so_far(study: &Study, reader: Option<&StoreReader>) -> Result<PointCho
     })
 }
 
-/// Returns the keys of the jobs that a store has results of.
-fn cached_keys(jobs: &JobList, reader: Option<&StoreReader>) -> Result<HashSet<JobKey>> {
-    let Some(reader) = reader else { return Ok(HashSet::new()) };
-    let keys = jobs.keys();
-    let is_cached = reader.contains(&keys)?;
-    Ok(keys.into_iter().zip(is_cached).filter(|(_, cached)| *cached).map(|(key, _)| key).collect())
-}
-
 impl<'a> Plan<'a> {
     fn of(
         study: &'a Study,
@@ -364,9 +347,8 @@ impl<'a> Plan<'a> {
 
     /// Says how many jobs may follow those that are known, and how long they would take: as long as
     /// these do on average.
-    fn following(&self, jobs: &JobList) -> String {
-        let forecasts = jobs.distinct.iter().map(|job| job.forecast.seconds);
-        let mean = forecasts.sum::<f64>() / jobs.distinct.len().max(1) as f64;
+    fn following(&self, tally: &PlanTally) -> String {
+        let mean = tally.forecast / tally.jobs.max(1) as f64;
         match self.more_at_most {
             _ if self.to_run == 0 => String::new(),
             None => "more follow, as the results demand\n".to_owned(),
@@ -389,26 +371,6 @@ impl<'a> Plan<'a> {
             BinaryBytes(self.largest_job_bytes)
         )
     }
-}
-
-/// The number of lines about files that a plan shows; the others are only counted.
-const MOST_FILES: usize = 12;
-
-/// Says what was read from the files of a study, each line once.
-fn file_lines(study: &Study, jobs: &JobList) -> Vec<String> {
-    let mut seen = HashSet::new();
-    let mut lines: Vec<String> = jobs
-        .distinct
-        .iter()
-        .flat_map(|job| study.file_words(&jobs.points[job.point].job, job.forecast.elements))
-        .filter(|line| seen.insert(line.clone()))
-        .collect();
-    if lines.len() > MOST_FILES {
-        let rest = lines.len() - MOST_FILES;
-        lines.truncate(MOST_FILES);
-        lines.push(format!("and {rest} more lines about files"));
-    }
-    lines
 }
 
 /// Returns a line for each size of mesh.

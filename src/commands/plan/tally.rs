@@ -14,6 +14,8 @@ pub(super) struct PlanTally {
     pub(super) remarks: Vec<String>,
     /// The number of distinct jobs, those with a result included.
     pub(super) jobs: usize,
+    /// The sum of the predictions for all of them, each by itself \[s\].
+    pub(super) forecast: f64,
     pub(super) to_run: usize,
     pub(super) increments: u64,
     /// The time of all jobs, if each operator is computed once \[s\].
