@@ -8,7 +8,8 @@ use std::path::Path;
 use answers::{Accounts, AnswerError, RowSource, Selection};
 use anyhow::{Context, Result};
 use report::{
-    DataTable, ParquetFault, ParquetFile, TerminalLayout, TypedColumn, WiderCell, set_in_blocks,
+    DataTable, ParquetFault, ParquetFile, TerminalLayout, TypedColumn, WiderCell, packed_cells,
+    set_in_blocks, unpacked_cells,
 };
 use study::{MOST_POINTS, Study};
 use wording::{escaped_json, visible};
@@ -50,6 +51,53 @@ impl TableRows<'_> {
                 })
             }
         }
+    }
+}
+
+/// The most bytes of packed blocks that are in memory.
+const MOST_PACKED: usize = 32 << 20;
+
+/// The blocks of a table that was made of records, packed, so that they need not be made again.
+#[derive(Default)]
+struct PackedBlocks {
+    heads: Option<DataTable>,
+    /// The number of rows of each block, and its columns.
+    blocks: Vec<(usize, Vec<Vec<u8>>)>,
+    bytes: usize,
+    /// There was no room for a block.
+    is_full: bool,
+}
+
+impl PackedBlocks {
+    fn add(&mut self, block: &DataTable) {
+        if self.is_full {
+            return;
+        }
+        let columns = 0..block.columns().len();
+        let pack = |column: usize| packed_cells(block.rows().iter().map(|row| &row[column]));
+        let columns: Option<Vec<Vec<u8>>> = columns.map(pack).collect();
+        self.bytes += columns.iter().flatten().map(Vec::len).sum::<usize>();
+        self.is_full = columns.is_none() || self.bytes > MOST_PACKED;
+        if self.is_full {
+            self.blocks = Vec::new();
+            return;
+        }
+        self.heads.get_or_insert_with(|| block.without_rows());
+        self.blocks.extend(columns.map(|columns| (block.rows().len(), columns)));
+    }
+
+    fn visit(&self, visitor: &mut dyn FnMut(&DataTable) -> Result<()>) -> Result<()> {
+        let Some(heads) = &self.heads else { return Ok(()) };
+        for (count, columns) in &self.blocks {
+            let unpacked = columns.iter().map(|column| unpacked_cells(column, *count));
+            let mut columns: Vec<_> = unpacked
+                .map(|column| Some(column?.into_iter()))
+                .collect::<Option<_>>()
+                .context("packed cells are not what they were")?;
+            let rows = (0..*count).map(|_| columns.iter_mut().filter_map(Iterator::next).collect());
+            visitor(&DataTable::new(heads.columns().to_vec(), rows.collect())?)?;
+        }
+        Ok(())
     }
 }
 
@@ -148,7 +196,7 @@ pub(crate) fn write_json(rows: &TableRows<'_>, path: Option<&Path>) -> Result<u6
 /// of a column follows from all of them; where a text is wrapped, they are in memory, and of too
 /// many rows none is wrapped.
 pub(crate) fn write_table(rows: &TableRows<'_>, path: Option<&Path>) -> Result<u64> {
-    let layout = layout();
+    let layout = layout_for(path, layout());
     if let Some(count) = write_lines(rows, path, &layout)? {
         return Ok(count);
     }
@@ -167,9 +215,14 @@ pub(crate) fn write_table(rows: &TableRows<'_>, path: Option<&Path>) -> Result<u
         return Ok(write_lines(rows, path, &layout)?.unwrap_or(0));
     };
     let text = table.terminal(&layout);
-    let text = if path.is_some() { text.into() } else { visible(&text) };
-    let is_read = written(path, |write| write(&text).map(|()| true))?;
+    let is_read = written(path, |write| write(&visible(&text)).map(|()| true))?;
     Ok(if is_read { table.rows().len() as u64 } else { u64::MAX })
+}
+
+/// Returns the layout of a table to be read. That in a file is the one of a pipe: it does not depend
+/// on the terminal from which it was written.
+fn layout_for(path: Option<&Path>, layout: TerminalLayout) -> TerminalLayout {
+    TerminalLayout { width: layout.width.filter(|_| path.is_none()), ..layout }
 }
 
 /// Writes a table to be read; `None` if nothing was written, since a text would be wrapped.
@@ -178,22 +231,29 @@ fn write_lines(
     path: Option<&Path>,
     layout: &TerminalLayout,
 ) -> Result<Option<u64>> {
+    let are_packed = matches!(rows, TableRows::Selected { source: RowSource::Records { .. }, .. });
+    let mut packed = PackedBlocks::default();
     let mut is_set = true;
     let mut visits = 0;
     let mut count = 0;
     let is_read = written(path, |write| {
         let visit = |visitor: &mut dyn FnMut(&DataTable) -> Result<()>| {
             visits += 1;
+            if visits > 1 && are_packed && !packed.is_full {
+                return packed.visit(visitor);
+            }
             rows.visit(|block| {
-                count += if visits == 1 { block.rows().len() as u64 } else { 0 };
+                if visits == 1 {
+                    count += block.rows().len() as u64;
+                    if are_packed {
+                        packed.add(block);
+                    }
+                }
                 visitor(block)
             })
             .map(drop)
         };
-        is_set = set_in_blocks(layout, visit, |text| match path {
-            Some(_) => write(text),
-            None => write(&visible(text)),
-        })?;
+        is_set = set_in_blocks(layout, visit, |text| write(&visible(text)))?;
         Ok(is_set)
     })?;
     Ok(is_set.then_some(if is_read { count } else { u64::MAX }))
@@ -230,4 +290,39 @@ fn written(
 fn is_gone(error: &anyhow::Error) -> bool {
     let source = error.downcast_ref::<io::Error>();
     source.is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packed_blocks_are_those_that_were_packed() {
+        let heads = vec![report::TableColumn::new("mu", "1"), report::TableColumn::new("why", "")];
+        let block = |rows: &[(f64, &str)]| {
+            let rows = rows.iter().map(|(mu, why)| vec![(*mu).into(), (*why).into()]).collect();
+            DataTable::new(heads.clone(), rows).unwrap()
+        };
+        let blocks = [block(&[(0.1, "a"), (0.2, "")]), block(&[]), block(&[(0.3, "a")])];
+        let mut packed = PackedBlocks::default();
+        blocks.iter().for_each(|block| packed.add(block));
+        let mut visited = Vec::new();
+        packed
+            .visit(&mut |block| {
+                visited.push(block.clone());
+                Ok(())
+            })
+            .unwrap();
+        assert_eq!(visited, blocks);
+        let long = "x".repeat(MOST_PACKED);
+        packed.add(&block(&[(0.4, &long)]));
+        assert!(packed.is_full && packed.blocks.is_empty());
+    }
+
+    #[test]
+    fn a_file_has_the_layout_of_a_pipe() {
+        let of_terminal = TerminalLayout { width: Some(40), ..TerminalLayout::default() };
+        assert_eq!(layout_for(None, of_terminal).width, Some(40));
+        assert_eq!(layout_for(Some(Path::new("rows.txt")), of_terminal).width, None);
+    }
 }

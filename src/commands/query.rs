@@ -45,6 +45,7 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     };
     let directory = &args.store.store;
     let mut is_kept = false;
+    let mut usual_of_steps = None;
     if let Some((table, whole)) = StudyTable::of(directory, &args.name).filter(|_| !args.columns) {
         let cut = args.shard.map(|shard| part(&whole, shard)).transpose()?;
         let rows = cut.as_ref().map(|part| TablePart::of(&table, &whole, part));
@@ -62,6 +63,8 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
                 selection.check(study)?;
                 let lacks_usual = selection.columns.is_empty() && table.usual_columns().is_none();
                 is_kept = !lacks_usual || !has_plain_columns(&whole);
+                let notes = table.notes().filter(|_| args.steps && args.shard.is_none());
+                usual_of_steps = notes.map(|notes| notes.usual_columns(true).to_vec());
             }
             Ok(Some(TableAnswer { rows, source, selection })) => {
                 let rows = rows.of(args, &selection, study, source)?;
@@ -81,6 +84,9 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         return write(args, format, rows, &selection, &study);
     }
     complete(format, &mut selection, &study);
+    if selection.columns.is_empty() {
+        selection.columns = usual_of_steps.unwrap_or_default();
+    }
     let lacks_columns = selection.columns.is_empty();
     let mut is_to_keep = !is_kept && args.shard.is_none();
     if is_long(args, &study)
@@ -263,6 +269,8 @@ fn chosen(
         // Few rows need not be visited twice.
         let most = match (format, source) {
             _ if !is_long => 0,
+            // They pass by once, and are packed.
+            (TableFormat::Table, RowSource::Records { .. }) => 0,
             (TableFormat::Table, _) => CELLS_IN_MEMORY / selection.columns.len(),
             (_, RowSource::Table(_)) if selection.filter.is_some() => POINTS_IN_MEMORY,
             _ => 0,

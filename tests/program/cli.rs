@@ -36,7 +36,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::place::{Place, SMALL, redacted};
+use crate::place::{Place, SMALL, redacted, skip};
 
 #[test]
 fn help_says_what_can_be_asked() {
@@ -180,6 +180,24 @@ fn query_selects_sorts_and_keeps() {
     assert!(
         loads["rows"].as_array().unwrap().iter().all(|row| row["load"].as_f64().unwrap() > 4000.0)
     );
+}
+
+/// A table in a file does not depend on the terminal from which it is written.
+#[test]
+fn a_table_in_a_file_is_that_of_a_pipe() {
+    let place = Place::run();
+    let printed = place.succeed("query small");
+    assert_eq!(place.succeed("query small --output piped.txt"), "piped.txt\n");
+    assert_eq!(fs::read_to_string(place.path("piped.txt")).unwrap(), printed);
+    let line = "stty cols 40; exec tribosweep query small --output narrow.txt";
+    let mut terminal =
+        place.shell(&format!("command -v script || exit 9; script -qec '{line}' log"));
+    let said = place.said(&mut terminal);
+    if said.code == 9 {
+        return skip("there is no `script`, which makes a terminal");
+    }
+    assert_eq!(said.code, 0, "{}", said.out);
+    assert_eq!(fs::read_to_string(place.path("narrow.txt")).unwrap(), printed);
 }
 
 #[test]

@@ -9,17 +9,13 @@ use study::columns::{along_path, nearest_name};
 use study::{Column, Study, ValueType};
 
 use crate::accounts::Accounts;
-use crate::block;
+use crate::block::{self, POINTS_AT_ONCE};
 use crate::error::AnswerError;
 use crate::records::Records;
 use crate::results::Results;
 use crate::rows::{heads, increments};
 use crate::survey::Surveyor;
 use crate::tabled::{RowKeeper, TabledRows, rows_of_table, tabled_columns};
-
-/// The points whose results are read at a time where a table is made in blocks: 16 384 take some
-/// 100 MiB with every column.
-const POINTS_AT_ONCE: usize = 16_384;
 
 /// The cells from which on a block is complete.
 const CELLS_OF_A_BLOCK: usize = 1 << 20;

@@ -314,9 +314,19 @@ impl<'r> JobRows<'r> {
             columns.iter().map(|column| column.name.as_str()).chain(["key"]).collect();
         let table: DataTable = self.rows.at(&names, &(0..rows).collect::<Vec<_>>())?;
         let table = JobTable::of_rows(&table, columns)?;
-        let keys: Option<Vec<JobKey>> = table.keys().iter().map(|key| key.parse().ok()).collect();
-        let have_fields = self.results.have_fields(&keys.unwrap_or_default())?;
-        Ok(table.with_fields(|row| have_fields.get(row).is_some_and(|has_fields| *has_fields)))
+        // What is known already takes no record, for these take time and memory to open.
+        let has_fields = |row: usize| self.standings.has_fields.get(row) == Some(&true);
+        let keys = table.keys().iter().enumerate().filter(|(row, _)| !has_fields(*row));
+        let asked: Vec<(usize, JobKey)> =
+            keys.filter_map(|(row, key)| Some((row, key.parse().ok()?))).collect();
+        let keys: Vec<JobKey> = asked.iter().map(|(_, key)| *key).collect();
+        let have_fields = match keys.is_empty() {
+            true => Vec::new(),
+            false => self.results.have_fields(&keys)?,
+        };
+        let others = asked.iter().zip(have_fields).filter(|(_, has_fields)| *has_fields);
+        let others: HashSet<usize> = others.map(|((row, _), _)| *row).collect();
+        Ok(table.with_fields(|row| has_fields(row) || others.contains(&row)))
     }
 
     /// Returns the columns of the table in the page: those that answer the question first.

@@ -156,6 +156,7 @@ fn a_long_study_says_of_its_points_what_its_parts_say() {
         &["query", "long", "--where", "load > 0"][..],
         &["query", "long", "--where", "lode > 0"],
         &["query", "long", "--sort=-load", "--where", "mu > 0.85"],
+        &["query", "long", "--steps"],
         &["answer", "long"],
         &["plot", "long", "--output", "rows.svg"],
         &["report", "long", "--output", "rows", "--where", "mu < 0.3 || load > 0"],
