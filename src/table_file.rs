@@ -219,8 +219,8 @@ pub(crate) fn write_table(rows: &TableRows<'_>, path: Option<&Path>) -> Result<u
     Ok(if is_read { table.rows().len() as u64 } else { u64::MAX })
 }
 
-/// Returns the layout of a table to be read. That in a file is the one of a pipe: it does not depend
-/// on the terminal from which it was written.
+/// Returns the layout of a table to be read. A file has the one of a pipe, which does not depend on
+/// the terminal from which it was written.
 fn layout_for(path: Option<&Path>, layout: TerminalLayout) -> TerminalLayout {
     TerminalLayout { width: layout.width.filter(|_| path.is_none()), ..layout }
 }

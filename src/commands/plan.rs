@@ -24,7 +24,7 @@ use crate::stored::{StoreSource, read_store};
 use crate::study_file::{StudyShard, read_large_study, read_shard};
 use crate::words::{count, duration, excluded_words};
 
-use stream::PlanSurvey;
+use stream::{PlanFacts, PlanSurvey};
 use tally::{MeshShare, PlanTally};
 
 mod stream;
@@ -102,7 +102,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         choice::check(&study)?;
         survey.add_all()?;
     }
-    let (tally, overview, files) = survey.end();
+    let PlanFacts { tally, overview, files } = survey.facts();
     let mut plan = Plan::of(&study, &tally, &overview, files);
     plan.chosen = found.as_ref().map(|table| serde_json::from_str(&table.json())).transpose()?;
     plan.more_at_most = more;
@@ -136,7 +136,7 @@ fn plan_streamed(args: &PlanArgs, study: &Study) -> Result<Finish> {
     let reader = opened(args)?;
     let mut survey = PlanSurvey::of(study, reader.as_ref());
     let looked_at = survey.add_streamed()?;
-    let (tally, overview, files) = survey.end();
+    let PlanFacts { tally, overview, files } = survey.facts();
     let mut plan = Plan::of(study, &tally, &overview, files);
     plan.effects_of = Some(looked_at);
     if args.json {

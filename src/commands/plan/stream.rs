@@ -58,6 +58,14 @@ pub(super) struct PlanSurvey<'s> {
     first_files: Vec<String>,
 }
 
+/// The facts of a plan about all points.
+pub(super) struct PlanFacts {
+    pub(super) tally: PlanTally,
+    pub(super) overview: Overview,
+    /// The lines about files.
+    pub(super) files: Vec<String>,
+}
+
 impl<'s> PlanSurvey<'s> {
     /// Returns that of no point.
     pub(super) fn of(study: &'s Study, reader: Option<&'s StoreReader>) -> Self {
@@ -186,13 +194,13 @@ impl<'s> PlanSurvey<'s> {
         Ok(looked_at.tally.jobs)
     }
 
-    /// Returns the sums, the effects, and the lines about files.
-    pub(super) fn end(self) -> (PlanTally, Overview, Vec<String>) {
+    /// Returns what came of all points.
+    pub(super) fn facts(self) -> PlanFacts {
         let mut files = self.first_files;
         if let Some(rest) = self.files.len().checked_sub(MOST_FILES).filter(|rest| *rest > 0) {
             files.push(format!("and {rest} more lines about files"));
         }
-        (self.tally, self.effects.overview(), files)
+        PlanFacts { tally: self.tally, overview: self.effects.overview(), files }
     }
 }
 

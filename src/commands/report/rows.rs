@@ -317,14 +317,14 @@ impl<'r> JobRows<'r> {
         // What is known already takes no record, for these take time and memory to open.
         let has_fields = |row: usize| self.standings.has_fields.get(row) == Some(&true);
         let keys = table.keys().iter().enumerate().filter(|(row, _)| !has_fields(*row));
-        let asked: Vec<(usize, JobKey)> =
+        let unknown: Vec<(usize, JobKey)> =
             keys.filter_map(|(row, key)| Some((row, key.parse().ok()?))).collect();
-        let keys: Vec<JobKey> = asked.iter().map(|(_, key)| *key).collect();
+        let keys: Vec<JobKey> = unknown.iter().map(|(_, key)| *key).collect();
         let have_fields = match keys.is_empty() {
             true => Vec::new(),
             false => self.results.have_fields(&keys)?,
         };
-        let others = asked.iter().zip(have_fields).filter(|(_, has_fields)| *has_fields);
+        let others = unknown.iter().zip(have_fields).filter(|(_, has_fields)| *has_fields);
         let others: HashSet<usize> = others.map(|((row, _), _)| *row).collect();
         Ok(table.with_fields(|row| has_fields(row) || others.contains(&row)))
     }
