@@ -81,7 +81,8 @@ impl<'a> StoredResults<'a> {
         if study.has_independent_points() && study.point_count() > POINTS_IN_MEMORY {
             TableKeeper::make(reader, &study)?;
             if let Some(known) = known() {
-                return Ok(known);
+                // The store is open already.
+                return Ok(StoredResults { records, ..known });
             }
         }
         let labels = reader.labels()?.remove(name).unwrap_or_default();

@@ -11,6 +11,7 @@ mod pictures;
 mod provenance;
 mod research_object;
 mod rows;
+mod run_shares;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

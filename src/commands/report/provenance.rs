@@ -1,14 +1,13 @@
 //! The origin of the results of a report: the runs, their machines, their command lines.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
-
-use answers::{AnswerError, ComputingRun, Results, StudyRows};
+use answers::{ComputingRun, Results};
 use anyhow::Result;
 use report::{Cell, DataTable, PageBlock, PageSection, TableColumn};
 use study::account::{HashedFile, RunAccount, run_name};
 use study::job::PHYSICS_VERSION;
 
-use super::rows::{JobRows, RowStandings};
+use super::rows::JobRows;
+use super::run_shares::{RunShare, RunShares};
 use crate::account::{command_words, file_words};
 use crate::words::{count, time_words};
 
@@ -19,7 +18,7 @@ const MOST_COMMANDS: usize = 24;
 /// Says which runs computed the results, where, when and by which commands, as far as the records
 /// name them.
 pub(super) fn section(results: &Results<'_>, rows: &JobRows<'_>) -> Result<PageSection> {
-    let shares = RunShares::of(results, &rows.rows, &rows.standings)?;
+    let shares = &rows.standings.shares;
     let runs = shares.runs(results);
     let mut blocks = Vec::new();
     if runs.is_empty() {
@@ -39,81 +38,7 @@ pub(super) fn section(results: &Results<'_>, rows: &JobRows<'_>) -> Result<PageS
     Ok(PageSection { id: "provenance", title: "Provenance", blocks })
 }
 
-/// The results of one run, by all versions of the program.
-#[derive(Default)]
-pub(super) struct RunShare {
-    jobs: usize,
-    workers: HashSet<i64>,
-    programs: BTreeSet<String>,
-    /// The times of the first and the last result, UTC, in the order of time as in that of texts.
-    finished: Option<[String; 2]>,
-}
-
-impl RunShare {
-    /// Adds the result of a row with the cells of the worker, the program and the time.
-    fn add(&mut self, cells: &[Cell]) {
-        self.jobs += 1;
-        let [worker, program, finished] = cells else { return };
-        if let Cell::Integer(worker) = worker {
-            self.workers.insert(*worker);
-        }
-        if let Cell::Text(program) = program
-            && !self.programs.contains(program)
-        {
-            self.programs.insert(program.clone());
-        }
-        if let Cell::Text(time) = finished {
-            match &mut self.finished {
-                Some([first, _]) if time < first => first.clone_from(time),
-                Some([_, last]) if time > last => last.clone_from(time),
-                Some(_) => {}
-                None => self.finished = Some([time.clone(), time.clone()]),
-            }
-        }
-    }
-}
-
-/// The results by the runs that computed them.
-pub(super) struct RunShares(HashMap<Option<[u8; 32]>, RunShare>);
-
-impl RunShares {
-    /// Reads by which runs the results of some rows were computed, each once.
-    pub(super) fn of(
-        results: &Results<'_>,
-        rows: &StudyRows<'_>,
-        standings: &RowStandings,
-    ) -> Result<Self> {
-        let accounts = results.accounts().listed();
-        let digests: HashMap<String, [u8; 32]> =
-            accounts.into_iter().map(|(digest, _)| (run_name(digest), *digest)).collect();
-        let mut shares: HashMap<Option<[u8; 32]>, RunShare> = HashMap::new();
-        let names = ["status", "run", "worker", "program", "finished"];
-        rows.visit(&names, &mut |first, block| {
-            for (row, cells) in (first..).zip(block.rows()) {
-                if standings.is_first[row] && !cells[0].is_missing() {
-                    let run = if let Cell::Text(run) = &cells[1] { digests.get(run) } else { None };
-                    shares.entry(run.copied()).or_default().add(&cells[2..]);
-                }
-            }
-            Ok::<bool, AnswerError>(true)
-        })?;
-        Ok(RunShares(shares))
-    }
-
-    /// Lists the runs, each with the number of its results.
-    pub(super) fn runs<'a>(&self, results: &'a Results<'_>) -> Vec<ComputingRun<'a>> {
-        results.accounts().counted(self.0.iter().map(|(run, share)| (*run, share.jobs)))
-    }
-
-    /// Returns the time of the last result of a run, or of all, in words.
-    pub(super) fn last_finished(&self, run: Option<&[u8; 32]>) -> String {
-        let of_run = self.0.iter().filter(|(digest, _)| run.is_none() || digest.as_ref() == run);
-        let last = of_run.filter_map(|(_, share)| share.finished.as_ref().map(|[_, last]| last));
-        last.max().cloned().unwrap_or_else(|| time_words(0))
-    }
-}
-
-fn table(runs: &[ComputingRun<'_>], RunShares(mut shares): RunShares) -> Result<DataTable> {
+fn table(runs: &[ComputingRun<'_>], shares: &RunShares) -> Result<DataTable> {
     let names = [
         "run",
         "jobs",
@@ -129,17 +54,18 @@ fn table(runs: &[ComputingRun<'_>], RunShares(mut shares): RunShares) -> Result<
         "last finished",
     ];
     let listed = |parts: Vec<String>| parts.join(", ");
-    let mut line = |run: &ComputingRun<'_>| -> Vec<Cell> {
-        let share = shares.remove(&run.digest).unwrap_or_default();
+    let none = RunShare::default();
+    let line = |run: &ComputingRun<'_>| -> Vec<Cell> {
+        let share = shares.of_run(run.digest).unwrap_or(&none);
         let machine = run.account.map(|account| &account.machine);
         let commit = run.account.and_then(|account| account.program.short_commit());
         let unknown = || "unknown".to_owned();
         let of_machine = |text: fn(&RunAccount) -> String| run.account.map_or_else(unknown, text);
-        let [first, last] = share.finished.unwrap_or_default();
+        let [first, last] = share.finished.clone().unwrap_or_default();
         let texts = [
             run.digest.as_ref().map_or_else(|| "not named".to_owned(), run_name),
             share.jobs.to_string(),
-            listed(share.programs.into_iter().collect()),
+            listed(share.programs.iter().cloned().collect()),
             commit.unwrap_or_else(unknown),
             // The keys of the jobs are those of this physics.
             PHYSICS_VERSION.to_string(),
@@ -153,7 +79,7 @@ fn table(runs: &[ComputingRun<'_>], RunShares(mut shares): RunShares) -> Result<
         ];
         texts.into_iter().map(Cell::Text).collect()
     };
-    let lines = runs.iter().map(&mut line).collect();
+    let lines = runs.iter().map(line).collect();
     Ok(DataTable::new(names.map(|name| TableColumn::new(name, "")).to_vec(), lines)?)
 }
 

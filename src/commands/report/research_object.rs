@@ -15,8 +15,8 @@ use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 use study::account::{ProgramBuild, RunAccount, run_name};
 
-use super::provenance::RunShares;
 use super::rows::RowStandings;
+use super::run_shares::RunShares;
 use crate::account::{command_words, program_words};
 use crate::citation_text::{REPOSITORY, ReferenceList};
 use crate::figures::draw;
@@ -108,8 +108,7 @@ pub(super) fn write(
         "The references of the method and of the effects that the study uses",
         &references.bibtex(),
     )?;
-    let rows = results.rows(None)?;
-    let shares = RunShares::of(results, &rows, &RowStandings::of(results, &rows)?)?;
+    let shares = RowStandings::of(results, &results.rows(None)?)?.shares;
     let description =
         serde_json::to_string_pretty(&contents.description(results, &shares, statement))?;
     fs::write(contents.root.join(METADATA), description + "\n").with_context(unwritten)?;

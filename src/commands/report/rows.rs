@@ -5,10 +5,12 @@ use std::collections::{HashMap, HashSet};
 use answers::{AnswerError, Results, StudyRows};
 use anyhow::Result;
 use identity::JobKey;
-use report::{Cell, ColumnRoom, DataTable, FittedTable, JobColumn, JobTable};
+use report::{Cell, ColumnRoom, DataTable, FittedTable, JobColumn, JobTable, TableError};
 use study::columns::Role;
 use study::provenance::median;
-use study::{Column, Figure, Standing};
+use study::{Column, Figure};
+
+use super::run_shares::RunShares;
 
 /// The bytes of the table of jobs in a page.
 const TABLE: usize = 1_300_000;
@@ -31,7 +33,6 @@ pub(super) struct JobRows<'r> {
 }
 
 /// The rows of jobs by how these have ended.
-#[derive(Default)]
 pub(super) struct RowStandings {
     /// The job of the row is that of no row before.
     pub(super) is_first: Vec<bool>,
@@ -40,43 +41,80 @@ pub(super) struct RowStandings {
     /// The number of rows whose jobs have failed, and the first of these.
     pub(super) failed: usize,
     pub(super) first_failed: Vec<usize>,
+    /// The runs that computed the results, each of which counts once.
+    pub(super) shares: RunShares,
+    /// Half of each job's digest, which tells as many jobs apart as a store has.
+    seen: HashSet<u128>,
 }
 
 impl RowStandings {
+    /// The columns that tell of them.
+    const COLUMNS: [&str; 2] = ["key", "status"];
+
     /// Reads how the jobs of some rows have ended.
     pub(super) fn of(results: &Results<'_>, rows: &StudyRows<'_>) -> Result<Self> {
-        let mut standings = RowStandings::default();
-        // Half of a digest tells as many jobs apart as a store has.
-        let mut seen: HashSet<u128> = HashSet::new();
-        let [certified, failed, quarantined] =
-            [Standing::Certified, Standing::Failed, Standing::Quarantined].map(|s| s.to_string());
-        rows.visit(&["key", "status"], &mut |first, block| {
-            let mut solved = Vec::new();
-            for (row, cells) in (first..).zip(block.rows()) {
-                let key = key_of(&cells[0]);
-                let is_first = key.is_none_or(|key| seen.insert(key.half()));
-                let status = if let Cell::Text(status) = &cells[1] { status.as_str() } else { "" };
-                standings.is_first.push(is_first);
-                standings.has_fields.push(false);
-                solved.extend(key.filter(|_| is_first && status == certified).map(|k| (row, k)));
-                if status == failed || status == quarantined {
-                    standings.failed += 1;
-                    if standings.first_failed.len() < MOST_ROWS {
-                        standings.first_failed.push(row);
+        let mut standings = Self::of_none(results);
+        let names = [&Self::COLUMNS[..], &RunShares::COLUMNS].concat();
+        rows.visit(&names, &mut |first, block| {
+            standings.add(results, first, block).map(|()| true)
+        })?;
+        standings.seen = HashSet::new();
+        Ok(standings)
+    }
+
+    fn of_none(results: &Results<'_>) -> Self {
+        Self {
+            is_first: Vec::new(),
+            has_fields: Vec::new(),
+            failed: 0,
+            first_failed: Vec::new(),
+            shares: RunShares::of_none(results),
+            seen: HashSet::new(),
+        }
+    }
+
+    /// Adds the next rows, of which the first has a number.
+    fn add(
+        &mut self,
+        results: &Results<'_>,
+        first: usize,
+        block: &DataTable,
+    ) -> Result<(), AnswerError> {
+        let column = |name: &str| block.column(name).map_err(TableError::from);
+        let [key, status] = [column(Self::COLUMNS[0])?, column(Self::COLUMNS[1])?];
+        let of_run: Vec<usize> =
+            RunShares::COLUMNS.into_iter().map(column).collect::<Result<_, _>>()?;
+        let mut solved = Vec::new();
+        for (row, cells) in (first..).zip(block.rows()) {
+            let key = key_of(&cells[key]);
+            let is_first = key.is_none_or(|key| self.seen.insert(key.half()));
+            self.is_first.push(is_first);
+            self.has_fields.push(false);
+            let Cell::Text(status) = &cells[status] else { continue };
+            match status.as_str() {
+                "certified" => solved.extend(key.filter(|_| is_first).map(|key| (row, key))),
+                _ => {
+                    self.failed += 1;
+                    if self.first_failed.len() < MOST_ROWS {
+                        self.first_failed.push(row);
                     }
                 }
             }
-            let keys: Vec<JobKey> = solved.iter().map(|(_, key)| *key).collect();
-            let have_fields = match results.all_have_fields() {
-                true => vec![true; keys.len()],
-                false => results.have_fields(&keys)?,
-            };
-            for ((row, _), has_fields) in solved.iter().zip(have_fields) {
-                standings.has_fields[*row] = has_fields;
+            if let [run, worker, program, finished] = of_run[..]
+                && is_first
+            {
+                self.shares.add([run, worker, program, finished].map(|column| &cells[column]));
             }
-            Ok::<bool, AnswerError>(true)
-        })?;
-        Ok(standings)
+        }
+        let keys: Vec<JobKey> = solved.iter().map(|(_, key)| *key).collect();
+        let have_fields = match results.all_have_fields() {
+            true => vec![true; keys.len()],
+            false => results.have_fields(&keys)?,
+        };
+        for ((row, _), has_fields) in solved.iter().zip(have_fields) {
+            self.has_fields[*row] = has_fields;
+        }
+        Ok(())
     }
 }
 
@@ -176,65 +214,38 @@ impl ColumnSummary {
     }
 }
 
+/// A column with what a report needs of it.
+type NeededColumn<'c> = (&'c str, ColumnNeeds);
+
 impl<'r> JobRows<'r> {
-    /// Reads the jobs for which a filter holds.
+    /// Reads the jobs for which a filter holds: the columns one after the other, or all at once
+    /// where the rows are made anew for each.
     pub(super) fn read(results: &'r Results<'r>, filter: Option<&str>) -> Result<Self> {
         let rows = results.rows(filter)?;
-        let mut jobs = Self {
-            study: results.study().name().to_owned(),
-            results,
-            standings: RowStandings::of(results, &rows)?,
-            rows,
-            summaries: HashMap::new(),
-            usual: results.usual_columns(false)?,
-        };
-        jobs.summarise()?;
-        Ok(jobs)
-    }
-
-    /// Summarises every column: one after the other, or all at once where the rows are made anew
-    /// for each.
-    fn summarise(&mut self) -> Result<()> {
-        let of_figures: Vec<&String> =
-            self.results.figures()?.iter().flat_map(Figure::shown).collect();
-        let is_full = FittedTable::is_full(self.len(), TABLE);
-        let needs = |column: &Column| {
-            let is_named = |names: &[String]| names.iter().any(|name| *name == column.name);
-            ColumnNeeds {
-                room: !is_full || is_named(&self.usual),
-                extremes: column.role == Role::Certificate
-                    || of_figures.iter().any(|name| **name == column.name),
-                magnitudes: column.role == Role::Error,
-                work: column.role == Role::Work || column.name == "seconds",
-            }
-        };
-        let columns: Vec<(&str, ColumnNeeds)> = self
-            .rows
-            .columns()
-            .iter()
-            .map(|column| (column.name.as_ref(), needs(column)))
-            .collect();
-        let at_once = if self.rows.are_made_anew() { columns.len() } else { 1 };
-        let mut summaries = HashMap::new();
-        for columns in columns.chunks(at_once.max(1)) {
-            let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
-            let mut made: Vec<ColumnSummary> =
-                columns.iter().map(|_| ColumnSummary::default()).collect();
-            self.rows.visit(&names, &mut |first, block| {
-                let mut needs_more = false;
-                for (index, (summary, (_, needs))) in made.iter_mut().zip(columns).enumerate() {
-                    for (row, cells) in (first..).zip(block.rows()) {
-                        summary.add(*needs, &self.standings, row, &cells[index]);
-                    }
-                    needs_more |= needs.room || needs.are_numbers() || !summary.room.is_filled();
-                }
-                Ok::<bool, AnswerError>(needs_more)
+        let usual = results.usual_columns(false)?;
+        let columns = needed_columns(results, &rows, &usual)?;
+        let (standings, summaries) = if rows.are_made_anew() {
+            let mut standings = RowStandings::of_none(results);
+            let summaries = summaries(&rows, &columns, |first, block, made| {
+                standings.add(results, first, block)?;
+                add_block(&columns, &standings, first, block, made);
+                Ok(true)
             })?;
-            made.iter_mut().for_each(ColumnSummary::end);
-            summaries.extend(names.into_iter().map(str::to_owned).zip(made));
-        }
-        self.summaries = summaries;
-        Ok(())
+            (standings, summaries.into_iter().collect())
+        } else {
+            let standings = RowStandings::of(results, &rows)?;
+            let mut all = HashMap::new();
+            for column in &columns {
+                let column = std::slice::from_ref(column);
+                all.extend(summaries(&rows, column, |first, block, made| {
+                    Ok(add_block(column, &standings, first, block, made))
+                })?);
+            }
+            (standings, all)
+        };
+        drop(columns);
+        let study = results.study().name().to_owned();
+        Ok(Self { study, results, rows, standings, summaries, usual })
     }
 
     /// Returns the number of rows.
@@ -357,4 +368,56 @@ impl<'r> JobRows<'r> {
         columns.sort_by_key(rank);
         columns
     }
+}
+
+/// Returns every column with what a report needs of it.
+fn needed_columns<'c>(
+    results: &Results<'_>,
+    rows: &'c StudyRows<'_>,
+    usual: &[String],
+) -> Result<Vec<NeededColumn<'c>>> {
+    let of_figures: Vec<&String> = results.figures()?.iter().flat_map(Figure::shown).collect();
+    let is_full = FittedTable::is_full(rows.count(), TABLE);
+    let needs = |column: &Column| ColumnNeeds {
+        room: !is_full || usual.iter().any(|name| *name == column.name),
+        extremes: column.role == Role::Certificate
+            || of_figures.iter().any(|name| **name == column.name),
+        magnitudes: column.role == Role::Error,
+        work: column.role == Role::Work || column.name == "seconds",
+    };
+    Ok(rows.columns().iter().map(|column| (column.name.as_ref(), needs(column))).collect())
+}
+
+/// Summarises some columns of rows, whose blocks are added to the summaries until that is enough.
+fn summaries<F>(
+    rows: &StudyRows<'_>,
+    columns: &[NeededColumn<'_>],
+    mut add: F,
+) -> Result<Vec<(String, ColumnSummary)>>
+where
+    F: FnMut(usize, &DataTable, &mut [ColumnSummary]) -> Result<bool, AnswerError>,
+{
+    let names: Vec<&str> = columns.iter().map(|(name, _)| *name).collect();
+    let mut made: Vec<ColumnSummary> = columns.iter().map(|_| ColumnSummary::default()).collect();
+    rows.visit(&names, &mut |first, block| add(first, block, &mut made))?;
+    made.iter_mut().for_each(ColumnSummary::end);
+    Ok(names.into_iter().map(str::to_owned).zip(made).collect())
+}
+
+/// Adds a block of rows to the summaries of its columns, and returns whether these need more rows.
+fn add_block(
+    columns: &[NeededColumn<'_>],
+    standings: &RowStandings,
+    first: usize,
+    block: &DataTable,
+    made: &mut [ColumnSummary],
+) -> bool {
+    let mut needs_more = false;
+    for (index, (summary, (_, needs))) in made.iter_mut().zip(columns).enumerate() {
+        for (row, cells) in (first..).zip(block.rows()) {
+            summary.add(*needs, standings, row, &cells[index]);
+        }
+        needs_more |= needs.room || needs.are_numbers() || !summary.room.is_filled();
+    }
+    needs_more
 }
