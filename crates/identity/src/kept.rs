@@ -14,5 +14,5 @@ pub enum KeptFields {
     /// The bytes are in the blob with this name, which is their BLAKE3 digest.
     Blob([u8; 32]),
     /// The compressed bytes are in the record itself.
-    Inside(Vec<u8>),
+    Inside(#[serde(with = "serde_bytes")] Vec<u8>),
 }

@@ -359,6 +359,7 @@ pub struct Fields {
     /// The slip w₃ along y \[m\], likewise.
     pub slip_y: Vec<f64>,
     /// The [`State`] of each element: 0 outside the sole, 1 open, 2 stick, 3 slip.
+    #[serde(with = "serde_bytes")]
     pub state: Vec<u8>,
     /// The fields that only this scene asks for; they are stored apart.
     #[serde(skip)]
