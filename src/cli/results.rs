@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use answers::shards::Shard;
 use clap::{Args, ValueEnum};
 
-use super::StoreArgs;
+use super::shared::StoreArgs;
 
 #[derive(Args)]
 pub(crate) struct StatusArgs {

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use study::MOST_SHARDS;
 
-use super::StoreArgs;
-use super::shared::memory_size;
+use super::shared::{StoreArgs, memory_size};
 use crate::failure_limit::FailureLimit;
 use crate::proposal::STORE_VARIABLE;
 use crate::shard_choice::{ShardChoice, shard_choice};

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 
-use super::{GcArgs, StoreArgs};
+use super::shared::StoreArgs;
+use super::upkeep::GcArgs;
 
 #[derive(Subcommand)]
 pub(crate) enum StoreCommand {

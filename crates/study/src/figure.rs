@@ -39,9 +39,7 @@ use std::cmp::Reverse;
 
 use crate::axis::{Group, SweepAxis};
 
-mod table;
-
-pub(crate) use table::{TABLE, read_figures};
+pub(crate) mod table;
 
 /// The form of a figure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

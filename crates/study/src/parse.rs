@@ -82,7 +82,7 @@ pub(crate) fn tables() -> Vec<KeyTable> {
     ];
     let rules = adaptive::TABLES.into_iter().copied();
     let tables = before_kinds.into_iter().chain(exclusion::TABLES).chain(rules);
-    tables.chain(Kind::tables()).chain([figure::TABLE]).collect()
+    tables.chain(Kind::tables()).chain([figure::table::TABLE]).collect()
 }
 
 /// Returns the names that may stand at the top of a study.
@@ -385,8 +385,9 @@ fn parse(
     let keys = || axis::keys(&base, &groups).chain(derivation.keys());
     let columns = kind.columns(groups.iter().flat_map(Group::axes), keys());
     kind.read_columns(&root, &columns, &mut kind_table, &mut mistakes);
-    let figures =
-        root.get("figure").map(|node| figure::read_figures(node, &groups, &columns, &mut mistakes));
+    let figures = root
+        .get("figure")
+        .map(|node| figure::table::read_figures(node, &groups, &columns, &mut mistakes));
     let adaptive = adaptive::read(&root, kind, &base, &groups, &columns, &mut mistakes);
     let adaptive = adaptive.or(accuracy.map(Adaptive::Accuracy));
     let exclusion = exclusion::read(&root, &base, &groups, keys(), &columns, &mut mistakes);

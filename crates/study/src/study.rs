@@ -55,8 +55,6 @@ use crate::sweep::{self, too_many_entries};
 
 mod points;
 
-pub(crate) use points::of_sample;
-
 /// The largest number of points that are listed at a time.
 pub const MOST_POINTS: usize = MAX_POINTS;
 
@@ -501,5 +499,13 @@ impl Study {
             None if self.kind == Kind::Cost => is_rung(&self.groups[group]),
             None => is_ladder(),
         }
+    }
+}
+
+/// Says of which point of a sample a mistake is.
+pub(crate) fn of_sample(mistake: Mistake, step: usize) -> Mistake {
+    match mistake.help.is_empty() {
+        true => mistake.help(format!("it is so at point {} of the sample", step + 1)),
+        false => mistake,
     }
 }

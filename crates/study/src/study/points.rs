@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use contact::model::{Mesh, SceneError};
 
-use super::Study;
+use super::{Study, of_sample};
 use crate::adaptive::{Adaptive, check_branched};
 use crate::assemble::locate;
 use crate::axis::{self, Group, SweepAxis};
@@ -219,13 +219,5 @@ impl Study {
             check_branched(&job).map_err(located)?;
         }
         Ok(job)
-    }
-}
-
-/// Says of which point of a sample a mistake is.
-pub(crate) fn of_sample(mistake: Mistake, step: usize) -> Mistake {
-    match mistake.help.is_empty() {
-        true => mistake.help(format!("it is so at point {} of the sample", step + 1)),
-        false => mistake,
     }
 }
