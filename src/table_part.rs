@@ -17,6 +17,10 @@ pub(crate) struct TablePart<'t> {
 impl<'t> TablePart<'t> {
     /// Returns the rows of a part of the study that a table is of; `None` if it has others.
     pub(crate) fn of(table: &'t StudyTable, whole: &Study, part: &Study) -> Option<Self> {
+        if whole.adaptive().is_some() {
+            // Its rows are not those of the axes, and those of a part follow from its own results.
+            return None;
+        }
         let mut rows = Vec::with_capacity(part.point_count());
         let mut all = whole.indices().enumerate();
         for index in part.indices() {

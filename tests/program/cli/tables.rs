@@ -121,6 +121,11 @@ fn a_query_says_the_same_with_and_without_a_table() {
     let place = Place::with("part.toml", large);
     assert_eq!(place.call("run part.toml --workers 1 --max-jobs 3").code, 75);
     assert_same_rows(&place, "part");
+    let refine = "[refine]\non = \"load\"\nuntil = \"0.01%\"\nat_most = 24\n[sweep]";
+    let refined = SMALL.replace("\"small\"", "\"refined\"").replace("[sweep]", refine);
+    let place = Place::with("refined.toml", refined);
+    place.words(&["run", "refined.toml", "--workers", "1", "--max-jobs", "9"]);
+    assert_same_rows(&place, "refined");
     let place = Place::with("pulled.toml", PULLED);
     assert_eq!(place.call("run pulled.toml --workers 1").code, 2);
     assert_same_rows(&place, "pulled");
