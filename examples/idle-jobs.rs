@@ -12,6 +12,7 @@
 //! file LOG when it ends; `-` is no file. What the store has already is not done again. The last
 //! line of the output is JSON. `burn` does a single job, for programs that start a process for each.
 
+use std::borrow::Cow;
 use std::error::Error;
 use std::ffi::OsString;
 use std::fs::File;
@@ -22,8 +23,8 @@ use std::time::{Duration, Instant};
 
 use identity::JobKey;
 use runner::{
-    Done, EventKind, Executor, Interrupt, Ledger, Options, Task, Verdict, WorkerArguments, run,
-    work,
+    Done, EventKind, Executor, Interrupt, Ledger, Options, Payload, Task, Verdict, WorkerArguments,
+    run, work,
 };
 use rustix::time::{ClockId, clock_gettime};
 use store::Store;
@@ -149,12 +150,31 @@ impl Ledger for Records<'_> {
     }
 }
 
+/// A job, whose bytes are made when a worker gets it.
+struct IdleJob<'a> {
+    number: u64,
+    pause: Pause,
+    /// The path of the log.
+    log: &'a str,
+}
+
+impl Payload for IdleJob<'_> {
+    fn size(&self) -> usize {
+        17 + self.log.len()
+    }
+
+    fn bytes(&self) -> Result<Cow<'_, [u8]>, Fault> {
+        let mut payload = self.number.to_le_bytes().to_vec();
+        payload.extend(self.pause.microseconds.to_le_bytes());
+        payload.push(u8::from(self.pause.sleeps));
+        payload.extend(self.log.as_bytes());
+        Ok(payload.into())
+    }
+}
+
 /// Returns the task of a job.
-fn task(number: u64, pause: Pause, rank: u32, log: &str) -> Result<Task, Fault> {
-    let mut payload = number.to_le_bytes().to_vec();
-    payload.extend(pause.microseconds.to_le_bytes());
-    payload.push(u8::from(pause.sleeps));
-    payload.extend(log.as_bytes());
+fn task(number: u64, pause: Pause, rank: u32, log: &str) -> Result<Task<IdleJob<'_>>, Fault> {
+    let payload = IdleJob { number, pause, log };
     let key = random_bytes(number, 32).try_into().map_err(|_| "a key has 32 bytes")?;
     let cost = (pause.microseconds as f64 * 1e-6).max(1e-4);
     Ok(Task { key: JobKey(key), payload, group: 0, rank, cost, memory: 1 << 20 })
