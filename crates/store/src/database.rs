@@ -20,7 +20,7 @@ use crate::durable;
 
 /// The size of sled's cache \[bytes\]. Records are small and read once, and sled's default of 1 GiB
 /// would be the largest part of a coordinator.
-const CACHE_BYTES: u64 = 32 << 20;
+const CACHE_BYTES: u64 = 8 << 20;
 
 /// The longest time for which an opening waits until sled has released its own lock, which a
 /// background thread does some time after closing.
@@ -324,32 +324,27 @@ impl Database {
 
     /// Visits every entry in the order of the keys and stops at the first fault.
     pub(crate) fn visit(&self, mut entry: impl FnMut(&[u8], &[u8])) -> Result<(), Fault> {
-        self.fenced(|sled| {
-            for item in sled.iter() {
-                let (key, value) = item?;
-                entry(&key, &value);
-                put_away(sled, &key, 1)?;
-            }
-            Ok(())
+        self.visit_while(|key, value| {
+            entry(key, value);
+            true
         })
     }
 
-    /// Visits the entries from a key on, or all, in the order of the keys until the visitor returns
-    /// false, and returns the key of the next one that there is.
-    pub(crate) fn visit_from(
+    /// Visits the entries in the order of the keys until the visitor returns false, or up to the
+    /// first fault.
+    pub(crate) fn visit_while(
         &self,
-        first: Option<&[u8]>,
         mut entry: impl FnMut(&[u8], &[u8]) -> bool,
-    ) -> Result<Option<Vec<u8>>, Fault> {
+    ) -> Result<(), Fault> {
         self.fenced(|sled| {
-            let mut entries = sled.range(first.unwrap_or_default()..);
-            while let Some(item) = entries.next() {
+            for item in sled.iter() {
                 let (key, value) = item?;
                 if !entry(&key, &value) {
-                    return Ok(entries.next().transpose()?.map(|(key, _)| key.to_vec()));
+                    break;
                 }
+                put_away(sled, &key, 1)?;
             }
-            Ok(None)
+            Ok(())
         })
     }
 
@@ -359,6 +354,7 @@ impl Database {
             for item in sled.iter().rev() {
                 let (key, value) = item?;
                 entry(&key, &value);
+                put_away(sled, &key, 1)?;
             }
             Ok(())
         })

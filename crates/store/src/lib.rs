@@ -64,6 +64,7 @@ mod flat;
 mod frame;
 mod glance;
 mod kept;
+mod key_set;
 mod lock;
 mod manifest;
 mod mark;
