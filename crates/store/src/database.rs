@@ -256,6 +256,22 @@ fn put_away(sled: &sled::Db, key: &[u8], times: usize) -> sled::Result<()> {
     (0..times).try_for_each(|_| sled.contains_key(key).map(drop))
 }
 
+/// Visits entries until the visitor returns false.
+fn visit_each(
+    sled: &sled::Db,
+    entries: impl Iterator<Item = sled::Result<(sled::IVec, sled::IVec)>>,
+    mut entry: impl FnMut(&[u8], &[u8]) -> bool,
+) -> sled::Result<()> {
+    for item in entries {
+        let (key, value) = item?;
+        if !entry(&key, &value) {
+            break;
+        }
+        put_away(sled, &key, 1)?;
+    }
+    Ok(())
+}
+
 pub(crate) struct Database {
     /// The handle of sled, which is `None` only during the drop.
     sled: Option<sled::Db>,
@@ -332,32 +348,16 @@ impl Database {
 
     /// Visits the entries in the order of the keys until the visitor returns false, or up to the
     /// first fault.
-    pub(crate) fn visit_while(
-        &self,
-        mut entry: impl FnMut(&[u8], &[u8]) -> bool,
-    ) -> Result<(), Fault> {
-        self.fenced(|sled| {
-            for item in sled.iter() {
-                let (key, value) = item?;
-                if !entry(&key, &value) {
-                    break;
-                }
-                put_away(sled, &key, 1)?;
-            }
-            Ok(())
-        })
+    pub(crate) fn visit_while(&self, entry: impl FnMut(&[u8], &[u8]) -> bool) -> Result<(), Fault> {
+        self.fenced(|sled| visit_each(sled, sled.iter(), entry))
     }
 
-    /// Visits every entry from the last key to the first and stops at the first fault.
-    pub(crate) fn visit_backwards(&self, mut entry: impl FnMut(&[u8], &[u8])) -> Result<(), Fault> {
-        self.fenced(|sled| {
-            for item in sled.iter().rev() {
-                let (key, value) = item?;
-                entry(&key, &value);
-                put_away(sled, &key, 1)?;
-            }
-            Ok(())
-        })
+    /// Visits the entries from the last key to the first like [`visit_while`](Self::visit_while).
+    pub(crate) fn visit_backwards(
+        &self,
+        entry: impl FnMut(&[u8], &[u8]) -> bool,
+    ) -> Result<(), Fault> {
+        self.fenced(|sled| visit_each(sled, sled.iter().rev(), entry))
     }
 
     pub(crate) fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, Fault> {
@@ -368,9 +368,9 @@ impl Database {
         })
     }
 
-    pub(crate) fn insert<'a>(
+    pub(crate) fn insert(
         &self,
-        entries: impl Iterator<Item = (&'a JobKey, Vec<u8>)>,
+        entries: impl Iterator<Item = (JobKey, Vec<u8>)>,
     ) -> Result<(), Fault> {
         self.writing(self.fenced(|sled| {
             for (key, value) in entries {

@@ -63,6 +63,7 @@ mod exports;
 mod flat;
 mod frame;
 mod glance;
+mod grouped;
 mod kept;
 mod key_set;
 mod lock;
