@@ -124,6 +124,14 @@ pub(crate) struct Choice {
     pub(crate) span: Span,
 }
 
+/// The part of a value that makes it differ from others of its axis. Bits count, not digits: two
+/// values are the same if they make the same job.
+#[derive(Debug, PartialEq, Eq, Hash)]
+pub(crate) enum ChoiceIdentity {
+    Number(u64),
+    Word(String),
+}
+
 impl Choice {
     /// Returns the value of an axis over a key. `nth` counts the values of a range from 1.
     pub(crate) fn of_key(key: Key, setting: Setting, span: Span, nth: Option<usize>) -> Self {
@@ -135,12 +143,11 @@ impl Choice {
         Choice { shown, given: vec![(key, Given { setting, span: span.clone(), nth })], span }
     }
 
-    /// Returns what makes the value differ from others of its axis. Bits count, not digits: two
-    /// values are the same if they make the same job.
-    pub(crate) fn identity(&self) -> String {
+    /// Returns what makes the value differ from others of its axis.
+    pub(crate) fn identity(&self) -> ChoiceIdentity {
         match &self.shown {
-            Value::Number(x) => format!("{:x}", (x + 0.0).to_bits()),
-            value => value.to_string(),
+            Value::Number(x) => ChoiceIdentity::Number((x + 0.0).to_bits()),
+            value => ChoiceIdentity::Word(value.to_string()),
         }
     }
 
@@ -328,10 +335,12 @@ impl Group {
     /// in a sample.
     pub fn telling(&self) -> &[SweepAxis] {
         let is_telling = |axis: &SweepAxis| self.design.is_none() && axis.is_distinct();
-        match self.axes.iter().position(is_telling) {
-            Some(axis) => &self.axes[axis..=axis],
-            None => &self.axes,
-        }
+        // Of one axis nothing needs to be asked, and it may have many values.
+        let telling = match self.axes.len() {
+            1 => None,
+            _ => self.axes.iter().position(is_telling),
+        };
+        telling.map_or(&self.axes[..], |axis| &self.axes[axis..=axis])
     }
 
     /// Returns the number of steps that the group makes, at least one.

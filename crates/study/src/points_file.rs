@@ -19,7 +19,7 @@ use toml::de::DeValue;
 
 use contact::model::Mesh;
 
-use crate::axis::{Choice, Group, MAX_AXES, MAX_POINTS, SweepAxis, Target};
+use crate::axis::{Choice, ChoiceIdentity, Group, MAX_AXES, MAX_POINTS, SweepAxis, Target};
 use crate::bounds::{ANY, from};
 use crate::error::{Mistake, Span};
 use crate::fallback::Fallback::{Follows, Needed};
@@ -156,7 +156,7 @@ impl PointsReading<'_> {
         if faults.is_empty() && columns.is_empty() {
             faults.append(FileFaults::whole("no head is a key of the scene or the numerics"));
         }
-        let mut seen: HashMap<Vec<String>, usize> = HashMap::new();
+        let mut seen: HashMap<Vec<ChoiceIdentity>, usize> = HashMap::new();
         let mut repeated = 0;
         for (row, record) in rows.enumerate() {
             let TextRow { line, cells: record } = record.map_err(not_csv)?;

@@ -2,7 +2,9 @@
 
 use std::collections::HashSet;
 
-use crate::axis::{Choice, Group, MAX_ENTRIES, MAX_POINTS, SweepAxis, Target, count, steps};
+use crate::axis::{
+    Choice, ChoiceIdentity, Group, MAX_ENTRIES, MAX_POINTS, SweepAxis, Target, count, steps,
+};
 use crate::error::{Mistake, Span};
 use crate::key::Key;
 use crate::sheet::Given;
@@ -81,7 +83,7 @@ fn joined_axes(blocks: &[AxisBlock], mistakes: &mut Vec<Mistake>) -> Option<Vec<
 /// Gives the axes the values of every point of the blocks.
 fn joined(mut axes: Vec<SweepAxis>, blocks: &[AxisBlock], base: &[(Key, Given)]) -> JoinedBlocks {
     let of_scene: Vec<Choice> = axes.iter().map(|axis| scene_choice(axis, base)).collect();
-    let mut seen: HashSet<Vec<String>> = HashSet::new();
+    let mut seen: HashSet<Vec<ChoiceIdentity>> = HashSet::new();
     let (mut length, mut repeated) = (0, 0);
     for AxisBlock { groups, .. } in blocks {
         let varied: Vec<&SweepAxis> = groups.iter().flat_map(|group| &group.axes).collect();

@@ -6,7 +6,9 @@ use std::collections::HashMap;
 use toml::de::{DeTable, DeValue};
 
 use super::range::is_range;
-use crate::axis::{Choice, Group, MAX_AXES, MAX_ENTRIES, MAX_POINTS, SweepAxis, Target, entries};
+use crate::axis::{
+    Choice, ChoiceIdentity, Group, MAX_AXES, MAX_ENTRIES, MAX_POINTS, SweepAxis, Target, entries,
+};
 use crate::error::{Mistake, are_enough};
 use crate::key::Key;
 use crate::read::Node;
@@ -69,7 +71,7 @@ pub(super) fn refuse_excess(table: &DeTable<'_>, node: &Node<'_>) -> Option<Mist
 
 /// Refuses an axis by itself that names a value twice.
 pub(crate) fn refuse_repeats(axis: &SweepAxis, mistakes: &mut Vec<Mistake>) {
-    let mut seen: HashMap<String, &Choice> = HashMap::new();
+    let mut seen: HashMap<ChoiceIdentity, &Choice> = HashMap::new();
     for choice in &axis.choices {
         if let Some(first) = seen.insert(choice.identity(), choice) {
             let message = format!("the axis `{}` names {} twice", axis.path(), choice.shown);
@@ -91,7 +93,7 @@ pub(crate) fn refuse_repeats(axis: &SweepAxis, mistakes: &mut Vec<Mistake>) {
 pub(super) fn refuse_repeated_rows(axes: &[SweepAxis], mistakes: &mut Vec<Mistake>) {
     let before = mistakes.len();
     for axis in axes.iter().filter(|axis| matches!(axis.target, Target::Table(_))) {
-        let mut labelled: HashMap<String, &Choice> = HashMap::new();
+        let mut labelled: HashMap<ChoiceIdentity, &Choice> = HashMap::new();
         for choice in &axis.choices {
             let first = *labelled.entry(choice.identity()).or_insert(choice);
             if !choice.sets_the_same(first) {
@@ -105,7 +107,7 @@ pub(super) fn refuse_repeated_rows(axes: &[SweepAxis], mistakes: &mut Vec<Mistak
         }
     }
     let (Some(first), true) = (axes.first(), mistakes.len() == before) else { return };
-    let mut seen: HashMap<Vec<String>, usize> = HashMap::new();
+    let mut seen: HashMap<Vec<ChoiceIdentity>, usize> = HashMap::new();
     for (step, choice) in first.choices.iter().enumerate() {
         let row = axes.iter().filter_map(|axis| Some(axis.choices.get(step)?.identity()));
         if let Some(earlier) = seen.insert(row.collect(), step) {
