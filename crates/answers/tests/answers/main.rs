@@ -7,7 +7,7 @@ mod figures;
 mod shelf;
 
 use answers::choice::Discovery;
-use answers::effects::{overview, variants};
+use answers::effects::{OverviewDraft, overview, variants};
 use answers::{AnswerError, AnswerTable, Progress, Proof, Results, check, is_timed, proof};
 use report::{Cell, DataTable};
 use study::{Kind, Record, Study};
@@ -195,8 +195,7 @@ fn jobs_are_grouped_by_the_effects_that_they_call_for() {
          [sweep]\n\"friction.mu\" = [0, 0.1, 0.2, 0.3, 0.4, 0.5]\n",
     );
     let points = study.points();
-    let first: Vec<usize> = (0..points.len()).collect();
-    let overview = overview(&study, &points, &first).unwrap();
+    let overview = overview(&study, &points).unwrap();
     let groups: Vec<(&str, usize)> =
         overview.groups.iter().map(|group| (&group.label[..], group.jobs)).collect();
     assert_eq!(groups, [("mu = 0", 1), ("mu = 0.1 … 0.5", 5)]);
@@ -205,6 +204,33 @@ fn jobs_are_grouped_by_the_effects_that_they_call_for() {
     assert!(
         sets[0].is_empty() && sets.iter().all(|set| set.len() != 1 || set[0].name() != "coupling")
     );
+}
+
+/// Points that share a job are one job with one set of effects, wherever the blocks end in which
+/// they come.
+#[test]
+fn points_of_one_job_are_grouped_as_one_job_in_blocks_of_any_size() {
+    let study = parse(
+        "name = \"test\"
+         [scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0.3 }
+         loading.steps = [{ approach = \"1 um\" }]\n[numerics]\nmesh = 8
+         [sweep]\n\"friction.mu\" = [0, 0.1]
+         punch = [{ label = \"a\", shape = \"sphere\", radius = \"1 mm\" },
+         { label = \"b\", shape = \"sphere\", radius = \"2 mm\" },
+         { label = \"c\", shape = \"sphere\", radius = \"1 mm\" }]\n",
+    );
+    let points = study.points();
+    let whole = overview(&study, &points).unwrap();
+    let groups: Vec<(&str, usize, usize)> =
+        whole.groups.iter().map(|group| (&group.label[..], group.first, group.jobs)).collect();
+    assert_eq!((whole.jobs, groups), (4, vec![("mu = 0", 0, 2), ("mu = 0.1", 3, 2)]));
+    assert_eq!(OverviewDraft::of(&study).first_of_jobs(&points), [0, 1, 3, 4]);
+    for size in 1..points.len() {
+        let mut draft = OverviewDraft::of(&study);
+        study.point_blocks(size).try_for_each(|block| draft.add(&block)).unwrap();
+        assert_eq!(draft.first_of_jobs(&points), [0; 0], "all were added");
+        assert_eq!(draft.overview(), whole, "in blocks of {size}");
+    }
 }
 
 #[test]
