@@ -11,22 +11,21 @@ use super::source::{Module, is_test, packages, root};
 const HALVES: [&str; 11] =
     ["What", "Of", "Whoever", "Who", "How", "Where", "Whether", "Whose", "From", "By", "As"];
 
-/// Command lines have help texts, which clap prints without a full stop.
+/// These files have the help texts of the command line, which clap prints without a full stop.
 const HELP_TEXTS: [&str; 2] = ["src/cli.rs", "src/cli/"];
 
 #[test]
 fn documentation_is_written_in_sentences() {
     let mut findings = Vec::new();
     each_module(|module| {
-        if !HELP_TEXTS.iter().any(|place| module.file.starts_with(place)) {
-            let mut sentences = Sentences { lines: Vec::new() };
-            sentences.visit_file(&module.syntax);
-            for comment in sentences.comments() {
-                let first = &comment[0];
-                if let Some(fault) = fault(comment) {
-                    let place = format!("{}:{}", module.file, first.number);
-                    findings.push(format!("{place}: {fault}: {}", first.text.trim()));
-                }
+        let is_help = HELP_TEXTS.iter().any(|place| module.file.starts_with(place));
+        let mut sentences = Sentences { lines: Vec::new() };
+        sentences.visit_file(&module.syntax);
+        for comment in sentences.comments() {
+            let first = &comment[0];
+            if let Some(fault) = fault(comment, is_help) {
+                let place = format!("{}:{}", module.file, first.number);
+                findings.push(format!("{place}: {fault}: {}", first.text.trim()));
             }
         }
     });
@@ -76,8 +75,9 @@ fn documentation(attribute: &Attribute) -> Option<(usize, String)> {
     attribute.path().is_ident("doc").then(|| (text.span().start().line, text.value()))
 }
 
-/// Returns what is wrong with the documentation of one item, if anything is.
-fn fault(lines: &[DocLine]) -> Option<&'static str> {
+/// Returns what is wrong with the documentation of one item, if anything is. A help text ends
+/// without a full stop.
+fn fault(lines: &[DocLine], is_help: bool) -> Option<&'static str> {
     let paragraph: Vec<&str> =
         lines.iter().map(|line| line.text.trim()).take_while(|text| !text.is_empty()).collect();
     let text = paragraph.join(" ");
@@ -89,7 +89,7 @@ fn fault(lines: &[DocLine]) -> Option<&'static str> {
         return Some("begins with half a sentence");
     }
     let closed = ['"', '.', ':', '!', '?', ')', '|', '`'];
-    (!text.ends_with(closed)).then_some("has no full stop")
+    (!is_help && !text.ends_with(closed)).then_some("has no full stop")
 }
 
 struct Sentences {
