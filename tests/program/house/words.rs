@@ -4,8 +4,8 @@
 use syn::visit::{self, Visit};
 use syn::{AttrStyle, Attribute, Expr, Lit, Meta, ReturnType, Type, Visibility};
 
-use super::assert_none;
-use super::source::{Module, is_test, packages, root};
+use super::source::{Module, Package, findings, is_test};
+use super::{SOURCE_FINDINGS, assert_none};
 
 /// Words that begin half a sentence.
 const HALVES: [&str; 11] =
@@ -16,8 +16,28 @@ const HELP_TEXTS: [&str; 2] = ["src/cli.rs", "src/cli/"];
 
 #[test]
 fn documentation_is_written_in_sentences() {
-    let mut findings = Vec::new();
-    each_module(|module| {
+    assert_none("documentation is written in whole sentences", &SOURCE_FINDINGS.half_sentences);
+}
+
+#[test]
+fn public_functions_say_what_their_errors_mean() {
+    let findings = &SOURCE_FINDINGS.silent_errors;
+    assert_none("a public function that returns a Result has a section `# Errors`", findings);
+}
+
+#[test]
+fn functions_are_documented_by_a_verb_in_the_third_person() {
+    let findings = &SOURCE_FINDINGS.missing_verbs;
+    assert_none("the documentation of a function begins with a verb such as Returns", findings);
+}
+
+#[test]
+fn comments_end_before_column_100() {
+    assert_none("a line of comment has at most 100 columns", &SOURCE_FINDINGS.long_comments);
+}
+
+pub(super) fn half_sentences(packages: &[Package]) -> Vec<String> {
+    findings(packages, |module, findings| {
         let is_help = HELP_TEXTS.iter().any(|place| module.file.starts_with(place));
         let mut sentences = Sentences { lines: Vec::new() };
         sentences.visit_file(&module.syntax);
@@ -28,43 +48,26 @@ fn documentation_is_written_in_sentences() {
                 findings.push(format!("{place}: {fault}: {}", first.text.trim()));
             }
         }
-    });
-    assert_none("documentation is written in whole sentences", &findings);
+    })
 }
 
-#[test]
-fn public_functions_say_what_their_errors_mean() {
-    let mut findings = Vec::new();
-    each_module(|module| Errors { module, findings: &mut findings }.visit_file(&module.syntax));
-    assert_none("a public function that returns a Result has a section `# Errors`", &findings);
+pub(super) fn silent_errors(packages: &[Package]) -> Vec<String> {
+    findings(packages, |module, findings| Errors { module, findings }.visit_file(&module.syntax))
 }
 
-#[test]
-fn functions_are_documented_by_a_verb_in_the_third_person() {
-    let mut findings = Vec::new();
-    each_module(|module| Verbs { module, findings: &mut findings }.visit_file(&module.syntax));
-    assert_none("the documentation of a function begins with a verb such as Returns", &findings);
+pub(super) fn missing_verbs(packages: &[Package]) -> Vec<String> {
+    findings(packages, |module, findings| Verbs { module, findings }.visit_file(&module.syntax))
 }
 
-#[test]
-fn comments_end_before_column_100() {
-    let mut findings = Vec::new();
-    each_module(|module| {
-        let text = std::fs::read_to_string(root().join(&module.file)).expect("it was read before");
-        for (line, content) in text.lines().enumerate() {
+pub(super) fn long_comments(packages: &[Package]) -> Vec<String> {
+    findings(packages, |module, findings| {
+        for (line, content) in module.text.lines().enumerate() {
             let is_comment = content.trim_start().starts_with("//");
             if is_comment && content.chars().count() > 100 {
                 findings.push(format!("{}:{}", module.file, line + 1));
             }
         }
-    });
-    assert_none("a line of comment has at most 100 columns", &findings);
-}
-
-fn each_module(mut visit: impl FnMut(&Module)) {
-    for package in packages() {
-        package.modules.values().for_each(&mut visit);
-    }
+    })
 }
 
 /// Returns the number and the text of a line of documentation.
