@@ -6,7 +6,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::{Figure, FigureKind, telling};
 use crate::axis::Group;
-use crate::bounds::{ANY, within};
+use crate::bounds::{ANY, Bounds, within};
 use crate::column_name::column_name;
 use crate::columns::{Column, along_path, find, nearest_name};
 use crate::design::arrangement::Arrangement;
@@ -20,6 +20,9 @@ use crate::value::ValueType;
 
 /// The largest number of figures of one study.
 const MOST_FIGURES: usize = 100;
+
+/// The numbers of bins that a histogram may have.
+const BINS: Bounds = within(1.0, 1000.0);
 
 /// The table.
 pub(crate) const TABLE: KeyTable = KeyTable {
@@ -137,7 +140,7 @@ pub(crate) const TABLE: KeyTable = KeyTable {
         table_key(
             "bins",
             TableValue::Count,
-            within(1.0, MOST_BINS as f64),
+            BINS,
             Follows("by the rule of Freedman and Diaconis"),
             "20",
             "bins of a histogram",
@@ -248,9 +251,11 @@ fn read_figure(
         let place = table.get("kind").map_or(span.clone(), Spanned::span);
         refuse_plain(&place, groups, mistakes);
     }
-    let bins = table
-        .get("bins")
-        .and_then(|node| read_bins(node).map_err(|mistake| mistakes.push(mistake)).ok());
+    let bins = table.get("bins").and_then(|node| {
+        read::count("figure.bins", "bins", BINS, node)
+            .map_err(|mistake| mistakes.push(mistake))
+            .ok()
+    });
     let title = table.get("title").and_then(|node| {
         read::text("figure.title", node).map_err(|mistake| mistakes.push(mistake)).ok()
     });
@@ -392,22 +397,6 @@ fn read_kind(node: &Node<'_>) -> Result<FigureKind, Mistake> {
             None => Mistake::new(node.span(), message, listed),
         }
     })
-}
-
-/// The largest number of bins of a histogram.
-const MOST_BINS: u32 = 1000;
-
-fn read_bins(node: &Node<'_>) -> Result<u32, Mistake> {
-    let DeValue::Integer(n) = node.get_ref() else {
-        return Err(read::mistyped("figure.bins", node, "a whole number"));
-    };
-    match read::whole("figure.bins", n, node.span())? {
-        bins if (1..=MOST_BINS).contains(&bins) => Ok(bins),
-        bins => {
-            let message = format!("`figure.bins` cannot be {bins}");
-            Err(Mistake::new(node.span(), message, format!("must be from 1 to {MOST_BINS}")))
-        }
-    }
 }
 
 /// The keys of figures of points.
