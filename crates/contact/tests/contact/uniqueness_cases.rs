@@ -1,7 +1,8 @@
 //! Lower bounds by cases of open and closed elements come nearer to the witnesses, and each part of
 //! a wrong one is refused.
 
-use contact::uniqueness::cases::{CaseBound, CaseError, ExcludedCase, NormalCase, verify};
+use contact::uniqueness::cases::{CaseBound, CaseError, ExcludedCase, verify};
+use contact::uniqueness::cover::{CoverError, NormalCase};
 use contact::uniqueness::{Bracket, BracketError, Question, System, WitnessSearch, bracket, lower};
 
 use crate::common::rectangle_question;
@@ -73,11 +74,12 @@ fn a_wrong_case_bound_is_refused_in_each_of_its_parts() {
     };
     let is = |error: CaseError, kind: &str| {
         let name = match error {
-            CaseError::Missing { .. } => "missing",
+            CaseError::Cover(CoverError::Missing { .. }) => "missing",
+            CaseError::Cover(CoverError::States { .. }) => "states",
             CaseError::Numbers { .. } => "numbers",
             CaseError::Mu { .. } => "mu",
             CaseError::NotExcluded { .. } => "not excluded",
-            CaseError::Elements { .. } => "elements",
+            CaseError::Cover(CoverError::Elements { .. }) => "elements",
         };
         assert_eq!(name, kind, "{error}");
     };
@@ -94,7 +96,7 @@ fn a_wrong_case_bound_is_refused_in_each_of_its_parts() {
         is(change(&|bound| bound.cases[index].tau[0] *= 1e-6), "not excluded");
         is(change(&|bound| bound.cases[index].tau[0] = -1.0), "numbers");
         is(change(&|bound| bound.cases[index].alpha.truncate(1)), "numbers");
-        is(change(&|bound| bound.cases[index].states.truncate(5)), "numbers");
+        is(change(&|bound| bound.cases[index].states.truncate(5)), "states");
         is(change(&|bound| bound.cases[index].pressure_penalty = -1.0), "numbers");
         is(change(&|bound| bound.cases[index].displacement_penalty = f64::INFINITY), "numbers");
     }
