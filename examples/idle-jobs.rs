@@ -23,8 +23,8 @@ use std::time::{Duration, Instant};
 
 use identity::JobKey;
 use runner::{
-    Done, EventKind, Executor, Interrupt, Ledger, Options, Payload, Task, Verdict, WorkerArguments,
-    run, work,
+    Done, EventKind, Executor, Interrupt, Jobs, Ledger, Options, Verdict, WorkerArguments, run,
+    work,
 };
 use rustix::time::{ClockId, clock_gettime};
 use store::Store;
@@ -150,34 +150,73 @@ impl Ledger for Records<'_> {
     }
 }
 
-/// A job, whose bytes are made when a worker gets it.
-struct IdleJob<'a> {
-    number: u64,
-    pause: Pause,
+/// Jobs that compute nothing, of which the number alone is in memory.
+struct IdleJobs<'a> {
+    /// The numbers of the jobs that are left to do.
+    left: Vec<u32>,
+    groups: &'a [JobGroup],
     /// The path of the log.
     log: &'a str,
 }
 
-impl Payload for IdleJob<'_> {
-    fn size(&self) -> usize {
-        17 + self.log.len()
-    }
-
-    fn bytes(&self) -> Result<Cow<'_, [u8]>, Fault> {
-        let mut payload = self.number.to_le_bytes().to_vec();
-        payload.extend(self.pause.microseconds.to_le_bytes());
-        payload.push(u8::from(self.pause.sleeps));
-        payload.extend(self.log.as_bytes());
-        Ok(payload.into())
+impl IdleJobs<'_> {
+    /// Returns the place of the group of a job, which is its rank, and the time that the job takes.
+    fn group_of(&self, job: usize) -> (usize, Pause) {
+        let mut before = 0;
+        let number = u64::from(self.left[job]);
+        let place = self.groups.iter().position(|group| {
+            before += group.jobs;
+            number < before
+        });
+        let place = place.unwrap_or_default();
+        (place, self.groups[place].pause)
     }
 }
 
-/// Returns the task of a job.
-fn task(number: u64, pause: Pause, rank: u32, log: &str) -> Result<Task<IdleJob<'_>>, Fault> {
-    let payload = IdleJob { number, pause, log };
-    let key = random_bytes(number, 32).try_into().map_err(|_| "a key has 32 bytes")?;
-    let cost = (pause.microseconds as f64 * 1e-6).max(1e-4);
-    Ok(Task { key: JobKey(key), payload, group: 0, rank, cost, memory: 1 << 20 })
+/// Returns the key of a job.
+fn key(number: u32) -> JobKey {
+    let mut key = JobKey([0; 32]);
+    key.0.copy_from_slice(&random_bytes(number.into(), 32));
+    key
+}
+
+impl Jobs for IdleJobs<'_> {
+    fn count(&self) -> usize {
+        self.left.len()
+    }
+
+    fn key(&self, job: usize) -> JobKey {
+        key(self.left[job])
+    }
+
+    fn group(&self, _job: usize) -> u64 {
+        0
+    }
+
+    fn rank(&self, job: usize) -> u32 {
+        self.group_of(job).0 as u32
+    }
+
+    fn cost(&self, job: usize) -> f64 {
+        (self.group_of(job).1.microseconds as f64 * 1e-6).max(1e-4)
+    }
+
+    fn memory(&self, _job: usize) -> u64 {
+        1 << 20
+    }
+
+    fn size(&self, _job: usize) -> usize {
+        17 + self.log.len()
+    }
+
+    fn payload(&self, job: usize) -> Result<Cow<'_, [u8]>, Fault> {
+        let (_, pause) = self.group_of(job);
+        let mut payload = u64::from(self.left[job]).to_le_bytes().to_vec();
+        payload.extend(pause.microseconds.to_le_bytes());
+        payload.push(u8::from(pause.sleeps));
+        payload.extend(self.log.as_bytes());
+        Ok(payload.into())
+    }
 }
 
 /// Runs the jobs that the store has no record of.
@@ -185,16 +224,9 @@ fn run_jobs(store: &Path, workers: usize, log: &str, groups: &[JobGroup]) -> Res
     let begin = Instant::now();
     let bodies = store.join("in-transit");
     let store = Store::open(store)?;
-    let mut tasks = Vec::new();
-    let mut number = 0;
-    for (rank, group) in groups.iter().enumerate() {
-        for _ in 0..group.jobs {
-            tasks.push(task(number, group.pause, rank as u32, log)?);
-            number += 1;
-        }
-    }
-    tasks.retain(|task| !store.contains(&task.key));
-    let left = tasks.len();
+    let count = u32::try_from(groups.iter().map(|group| group.jobs).sum::<u64>())?;
+    let left: Vec<u32> = (0..count).filter(|number| !store.contains(&key(*number))).collect();
+    let jobs = IdleJobs { left, groups, log };
     let command: Vec<OsString> = vec![runner::RUNNING_IMAGE.into(), "worker".into()];
     let memory = runner::available_memory().unwrap_or(1 << 30);
     let options = Options { workers, ..Options::new(command, bodies, memory) };
@@ -202,7 +234,7 @@ fn run_jobs(store: &Path, workers: usize, log: &str, groups: &[JobGroup]) -> Res
     let mut first_result = None;
     let mut limited = None;
     let summary =
-        run(tasks, &mut Records(&store), &options, &Interrupt::new()?, &mut |event| match &event
+        run(&jobs, &mut Records(&store), &options, &Interrupt::new()?, &mut |event| match &event
             .kind
         {
             EventKind::WorkerStarted { .. } => {
@@ -221,7 +253,7 @@ fn run_jobs(store: &Path, workers: usize, log: &str, groups: &[JobGroup]) -> Res
     println!(
         "{}",
         serde_json::json!({
-            "summary": summary, "cached": number as usize - left, "first_result": first_result,
+            "summary": summary, "cached": count as usize - jobs.count(), "first_result": first_result,
             "all_started": all_started, "limited": limited,
             "seconds": begin.elapsed().as_secs_f64(),
         })

@@ -9,7 +9,7 @@ use answers::{Results, choice, is_timed};
 use anyhow::{Context, Result, anyhow};
 use identity::JobKey;
 use indicatif::BinaryBytes;
-use runner::{EarlyEnd, Interrupt, Options, RunError, Task, Want};
+use runner::{EarlyEnd, Interrupt, Jobs, Options, RunError, Want};
 use store::{Glance, Store};
 use study::account::HashedFile;
 use study::{RunAccount, Study};
@@ -22,7 +22,7 @@ use crate::kept_study::KeptStudy;
 use crate::ledger::StoreLedger;
 use crate::output::{self, Finish};
 use crate::progress::ProgressDisplay;
-use crate::run_jobs::{ExaminedJobs, JobOrder, JobsLeft, RunJobs};
+use crate::run_jobs::{ExaminedJobs, JobsLeft, RunJobs};
 use crate::stored::{StoreSource, WrittenStore};
 use crate::summary::{FIGURES, RunEnd, RunTally, gathered, resume_command, summarise};
 use crate::threads::usable;
@@ -215,10 +215,10 @@ fn compute(
     let mut state = RunState::new(run.args);
     let left = jobs.left(examined, run.store, run.args.retry_failed, &HashSet::new())?;
     state.tally.jobs = jobs.len();
-    state.tally.computing = left.tasks.len();
+    state.tally.computing = left.count();
     if let Some(exporter) = run.exporter {
         requested.extend(jobs.keys());
-        let computed: HashSet<JobKey> = left.tasks.iter().map(|task| task.key).collect();
+        let computed: HashSet<JobKey> = left.keys().collect();
         let mut cached = requested.clone();
         cached.retain(|key| !computed.contains(key));
         cached.sort_unstable();
@@ -239,7 +239,7 @@ fn compute_chosen(run: &StudyRun<'_>, requested: &mut Vec<JobKey>) -> Result<Run
         let jobs = RunJobs::of_points(study, points);
         requested.extend(jobs.keys().filter(|key| known.insert(*key)));
         let left = jobs.left(ExaminedJobs::default(), store, args.retry_failed, &computed)?;
-        computed.extend(left.tasks.iter().map(|task| task.key));
+        computed.extend(left.keys());
         (state.tally.jobs, state.tally.computing) = (known.len(), computed.len());
         if let Some(exporter) = exporter {
             let mut cached: Vec<JobKey> = known.difference(&computed).copied().collect();
@@ -265,31 +265,31 @@ enum RoundEnd {
 /// Computes the jobs that are left at the beginning of a round.
 fn compute_left(
     run: &StudyRun<'_>,
-    JobsLeft { tasks, damaged }: JobsLeft<'_>,
+    mut left: JobsLeft<'_>,
     is_first: bool,
     state: &mut RunState,
 ) -> Result<RoundEnd> {
     let StudyRun { study, args, interrupt, .. } = *run;
     let RunState { tally, calibration, failures } = state;
-    if damaged > 0 {
+    if left.damaged > 0 {
         output::say(&format!(
             "{} damaged or without its file of fields, and computed again",
-            count(damaged, "result is", "results are")
+            count(left.damaged, "result is", "results are")
         ));
     }
     tally.cached = tally.jobs.saturating_sub(tally.computing);
-    if tasks.is_empty() {
+    if left.count() == 0 {
         return Ok(RoundEnd::Last);
     }
     failures.jobs = tally.computing;
     let is_late = !is_first && args.until.as_ref().is_some_and(|time| time.left().is_zero());
     let most = if is_late || failures.are_too_many() { Some(0) } else { allowed(args, tally) };
-    let (tasks, left_out) = within(tasks, most);
-    tally.computing -= left_out.len();
-    if tasks.is_empty() {
-        let workers = options(args, study, run.directory, left_out.len())?.workers;
-        let left = TimeLeft::new(&left_out, workers, std::mem::take(calibration));
-        tally.seconds_left = Some(left.seconds_from_start());
+    let left_out = left.split_off(most.unwrap_or(usize::MAX));
+    tally.computing -= left_out.count();
+    if left.count() == 0 {
+        let workers = options(args, study, run.directory, left_out.count())?.workers;
+        let time = TimeLeft::new(left_out.costs(), workers, std::mem::take(calibration));
+        tally.seconds_left = Some(time.seconds_from_start());
         match args.max_jobs {
             _ if failures.are_too_many() => stop_for_failures(tally, failures),
             Some(most) if !is_late => stop_at(tally, most),
@@ -297,9 +297,9 @@ fn compute_left(
         }
         return Ok(RoundEnd::Last);
     }
-    let round = Round { tasks, left_out: &left_out, is_first };
+    let round = Round { left, left_out: &left_out, is_first };
     run_round(run, round, tally, calibration, failures)?;
-    if let (Some(most), false) = (args.max_jobs, left_out.is_empty() || tally.is_partial()) {
+    if let (Some(most), false) = (args.max_jobs, left_out.count() == 0 || tally.is_partial()) {
         stop_at(tally, most);
     }
     Ok(if tally.is_partial() { RoundEnd::Last } else { RoundEnd::Results })
@@ -307,34 +307,33 @@ fn compute_left(
 
 /// The jobs that a run does before it looks at their results.
 struct Round<'a> {
-    tasks: Vec<Task<JobOrder<'a>>>,
+    left: JobsLeft<'a>,
     /// The jobs that `--max-jobs` leaves for another run.
-    left_out: &'a [Task<JobOrder<'a>>],
+    left_out: &'a JobsLeft<'a>,
     is_first: bool,
 }
 
 /// Computes the jobs of a round, and adds to the counts what came of them.
 fn run_round(
     run: &StudyRun<'_>,
-    Round { tasks, left_out, is_first }: Round<'_>,
+    Round { left, left_out, is_first }: Round<'_>,
     tally: &mut RunTally,
     calibration: &mut Calibration,
     failures: &mut FailureCount,
 ) -> Result<()> {
     let StudyRun { study, store, directory, args, interrupt, exporter, continuation, account } =
         *run;
-    let mut options = options(args, study, directory, tasks.len())?;
-    let left =
-        TimeLeft::new(tasks.iter().chain(left_out), options.workers, std::mem::take(calibration));
-    let mut progress = ProgressDisplay::new(tasks.len(), tally.cached, args.json, left);
+    let mut options = options(args, study, directory, left.count())?;
+    let costs = left.costs().chain(left_out.costs());
+    let time = TimeLeft::new(costs, options.workers, std::mem::take(calibration));
+    let mut progress = ProgressDisplay::new(left.count(), tally.cached, args.json, time);
     if let Some(budget) = &args.until {
         (options.until, options.overtime) = (Some(budget.left()), budget.overtime());
         options.begins_one = is_first;
     }
-    let orders: Vec<JobOrder<'_>> = tasks.iter().map(|task| task.payload).collect();
-    let texts = |task: usize| orders.get(task)?.text();
+    let texts = |job: usize| left.text(job);
     let outcome = runner::run(
-        tasks,
+        &left,
         &mut StoreLedger::new(store.store, &texts, exporter, account, failures),
         &options,
         interrupt,
@@ -362,7 +361,7 @@ fn run_round(
         Some(EarlyEnd::Interrupted) => tally.interrupted = summary.unfinished > 0,
         None => {}
     }
-    if summary.unfinished > 0 || !left_out.is_empty() {
+    if summary.unfinished > 0 || left_out.count() > 0 {
         tally.seconds_left = progress.seconds_left();
     }
     Ok(())
@@ -371,15 +370,6 @@ fn run_round(
 /// Returns how many jobs `--max-jobs` still allows, if it is given.
 fn allowed(args: &ExecutionArgs, tally: &RunTally) -> Option<usize> {
     args.max_jobs.map(|most| (most as usize).saturating_sub(tally.computed))
-}
-
-/// Divides tasks into those that a run may still begin, a coarse grid of the axes first, and the
-/// others.
-fn within<P>(mut tasks: Vec<Task<P>>, most: Option<usize>) -> (Vec<Task<P>>, Vec<Task<P>>) {
-    let Some(most) = most.filter(|most| *most < tasks.len()) else { return (tasks, Vec::new()) };
-    tasks.sort_by_key(|task| task.rank);
-    let left_out = tasks.split_off(most);
-    (tasks, left_out)
 }
 
 /// Notes that a run stopped after its number of jobs.

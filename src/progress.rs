@@ -120,7 +120,7 @@ impl ProgressDisplay {
             EventKind::Returned { key, reason } => {
                 self.notice(&format!("job {} goes back to the queue: {reason}", short(key)))
             }
-            EventKind::Postponed { key, reason } => {
+            EventKind::Postponed { key, reason, .. } => {
                 self.notice(&format!("job {} is left for another run: {reason}", short(key)));
             }
             EventKind::WorkerLost { worker, how, .. } => {

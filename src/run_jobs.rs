@@ -1,10 +1,11 @@
-//! The jobs of a run. Those of a study that chooses no points are enumerated: of each the key is
-//! in memory, and its text is made when a worker gets it and when its result is kept.
+//! The jobs of a run. There may be a million, so little of each is in memory: those of a study that
+//! chooses no points are enumerated, and their keys and texts are made whenever they are needed.
 
 use std::borrow::Cow;
 use std::cmp::Reverse;
 use std::collections::{HashMap, HashSet};
 use std::error::Error;
+use std::ops::Range;
 
 use answers::{check, choice, forecast};
 use anyhow::{Context, Result, anyhow};
@@ -12,12 +13,18 @@ use contact::model::SceneError;
 use contact::problem::Problem;
 use identity::JobKey;
 use rayon::prelude::*;
-use runner::{Payload, Task};
+use runner::Jobs;
 use store::Store;
 use study::{Job, Kind, PointKeys, PointLevels, Record, Study, StudyPoint};
 
 use crate::stored::{RecordState, WrittenStore};
 use crate::wire::order;
+
+/// The error of a job that was listed and cannot be made again.
+const NO_JOB: &str = "a job that was listed cannot be made again";
+
+/// A kibibyte.
+const KIB: u64 = 1024;
 
 /// The number of jobs that are looked at together.
 const AT_A_TIME: usize = 16_384;
@@ -26,7 +33,8 @@ const AT_A_TIME: usize = 16_384;
 pub(crate) struct RunJobs<'s> {
     study: &'s Study,
     points: RunPoints<'s>,
-    jobs: Vec<RunJob>,
+    /// The position of the first point of each job among the points of the run.
+    jobs: Vec<u32>,
     levels: PointLevels<'s>,
 }
 
@@ -38,45 +46,30 @@ enum RunPoints<'s> {
     Chosen(Vec<StudyPoint>),
 }
 
-/// A job of a run.
+/// A job to be done, with its forecast in the room that a million of them leave.
 #[derive(Clone, Copy)]
-struct RunJob {
-    key: JobKey,
-    /// The position of the first point among those of the run.
-    point: u32,
-}
-
-/// The part of a forecast on which the order of jobs depends.
-#[derive(Clone, Copy)]
-struct JobForecast {
+struct JobToDo {
+    /// The number of the job among those of the run.
+    job: u32,
+    /// The predicted memory \[KiB\].
+    memory: u32,
     operator: u64,
     /// The predicted time \[s\].
-    seconds: f64,
+    seconds: f32,
     /// The part of that time in which an operator is made that other jobs may share \[s\].
-    assembly: f64,
-    /// The predicted memory \[bytes\].
-    memory: u64,
+    assembly: f32,
 }
 
-/// The forecasts of the jobs that were examined; empty if none were.
+/// The jobs that were examined, in their order.
 #[derive(Default)]
-pub(crate) struct ExaminedJobs(Vec<Option<JobForecast>>);
+pub(crate) struct ExaminedJobs(Vec<JobToDo>);
 
 /// The jobs that are left to run.
 pub(crate) struct JobsLeft<'j> {
-    pub(crate) tasks: Vec<Task<JobOrder<'j>>>,
+    jobs: &'j RunJobs<'j>,
+    list: Vec<JobToDo>,
     /// The number of those whose result is there but damaged.
     pub(crate) damaged: usize,
-}
-
-/// The order of a job to a worker, which is made when it is sent.
-#[derive(Clone, Copy)]
-pub(crate) struct JobOrder<'j> {
-    jobs: &'j RunJobs<'j>,
-    /// The index of the job.
-    job: u32,
-    /// The size of the order \[bytes\].
-    bytes: u32,
 }
 
 impl<'s> RunJobs<'s> {
@@ -113,57 +106,98 @@ impl<'s> RunJobs<'s> {
 
     /// Returns the keys of the jobs.
     pub(crate) fn keys(&self) -> impl Iterator<Item = JobKey> + '_ {
-        self.jobs.iter().map(|job| job.key)
+        (0..self.jobs.len()).filter_map(|job| self.key(job))
+    }
+
+    /// Returns the keys of a block of jobs.
+    fn keys_of(&self, block: Range<usize>) -> Result<Vec<JobKey>> {
+        block.into_par_iter().map(|job| self.key(job).context(NO_JOB)).collect()
+    }
+
+    /// Returns the numbers of the jobs, in blocks.
+    fn blocks(&self) -> impl Iterator<Item = Range<usize>> {
+        let count = self.jobs.len();
+        (0..count).step_by(AT_A_TIME).map(move |start| start..count.min(start + AT_A_TIME))
+    }
+
+    /// Returns the key of a job.
+    fn key(&self, job: usize) -> Option<JobKey> {
+        let point = *self.jobs.get(job)? as usize;
+        match &self.points {
+            RunPoints::Enumerated(keys) => keys.key(self.study.index(point)?),
+            RunPoints::Chosen(points) => Some(points.get(point)?.key),
+        }
     }
 
     /// Returns a job.
-    fn job(&self, RunJob { point, .. }: RunJob) -> Option<Cow<'_, Job>> {
-        let position = point as usize;
+    fn job(&self, job: usize) -> Option<Cow<'_, Job>> {
+        let point = *self.jobs.get(job)? as usize;
         match &self.points {
             RunPoints::Enumerated(_) => {
-                Some(Cow::Owned(self.study.job_at(self.study.index(position)?).ok()?))
+                Some(Cow::Owned(self.study.job_at(self.study.index(point)?).ok()?))
             }
-            RunPoints::Chosen(points) => Some(Cow::Borrowed(&points.get(position)?.job)),
+            RunPoints::Chosen(points) => Some(Cow::Borrowed(&points.get(point)?.job)),
         }
     }
 
     /// Returns the canonical text of a job.
-    fn text(&self, job: RunJob) -> Option<String> {
+    fn text(&self, job: usize) -> Option<String> {
         match &self.points {
-            RunPoints::Enumerated(keys) => keys.text(self.study.index(job.point as usize)?),
+            RunPoints::Enumerated(keys) => {
+                keys.text(self.study.index(*self.jobs.get(job)? as usize)?)
+            }
             RunPoints::Chosen(_) => Some(self.job(job)?.canonical()),
         }
+    }
+
+    /// Returns the order of a job to a worker.
+    fn order(&self, job: usize) -> Result<Vec<u8>> {
+        let surfaces = self.study.surfaces();
+        let text = self.text(job).context(NO_JOB)?;
+        let job = match surfaces.is_empty() {
+            true => None,
+            false => Some(self.job(job).context(NO_JOB)?),
+        };
+        order(job.as_deref(), text, surfaces)
     }
 
     /// Examines the jobs for which `is_done` does not hold, and refuses one whose scene cannot be
     /// laid out or bound to its grid, before anything runs. This takes less than a tenth of what
     /// solving them does, and assembles no operator.
     pub(crate) fn examine(&self, is_done: impl Fn(&JobKey) -> bool + Sync) -> Result<ExaminedJobs> {
-        let mut forecasts = Vec::with_capacity(self.jobs.len());
-        for block in self.jobs.chunks(AT_A_TIME) {
-            let examined = block.par_iter().map(|job| match is_done(&job.key) {
+        let mut examined = Vec::new();
+        for block in self.blocks() {
+            let start = block.start;
+            let keys = self.keys_of(block)?;
+            let found = keys.par_iter().enumerate().map(|(offset, key)| match is_done(key) {
                 true => Ok(None),
-                false => self.examined(*job, true).map(Some),
+                false => self.examined(start + offset, true).map(Some),
             });
-            let examined: Vec<Result<Option<JobForecast>>> = examined.collect();
-            for forecast in examined {
-                forecasts.push(forecast?);
+            let found: Vec<Result<Option<JobToDo>>> = found.collect();
+            for job in found {
+                examined.extend(job?);
             }
         }
-        Ok(ExaminedJobs(forecasts))
+        Ok(ExaminedJobs(examined))
     }
 
     /// Forecasts a job and, if it is to be bound, tries that.
-    fn examined(&self, listed: RunJob, is_bound: bool) -> Result<JobForecast> {
-        let job = self.job(listed).context("a point of the study has no job")?;
+    fn examined(&self, number: usize, is_bound: bool) -> Result<JobToDo> {
+        let job = self.job(number).context(NO_JOB)?;
         let surfaces = self.study.surfaces();
-        let refused = |error: SceneError| self.refused(listed, &error);
+        let refused = |error: SceneError| self.refused(number, &error);
         let forecast = forecast(&job, surfaces).map_err(refused)?;
         if let Some(case) = job.case().filter(|_| is_bound) {
             Problem::new(&case.scene, &case.numerics, surfaces).map_err(refused)?;
         }
         let contact::Forecast { operator, seconds, assembly, memory, .. } = forecast;
-        Ok(JobForecast { operator, seconds, assembly, memory })
+        Ok(JobToDo {
+            job: number as u32,
+            memory: u32::try_from(memory.div_ceil(KIB)).unwrap_or(u32::MAX),
+            operator,
+            seconds: seconds as f32,
+            assembly: assembly as f32,
+        })
     }
 
     /// Returns the jobs that are left, without those in `computed`. Those that were not examined
@@ -175,64 +209,44 @@ impl<'s> RunJobs<'s> {
         retry_failed: bool,
         computed: &HashSet<JobKey>,
     ) -> Result<JobsLeft<'_>> {
-        let mut left = JobsLeft { tasks: Vec::new(), damaged: 0 };
-        let mut assemblies = Vec::new();
-        for (block, jobs) in self.jobs.chunks(AT_A_TIME).enumerate() {
-            let keys: Vec<JobKey> = jobs.iter().map(|job| job.key).collect();
+        let mut left = JobsLeft { jobs: self, list: Vec::new(), damaged: 0 };
+        for block in self.blocks() {
+            let start = block.start;
+            let keys = self.keys_of(block)?;
             let states = store.states(&keys)?;
-            let tasks = jobs.par_iter().zip(states).enumerate().map(|(offset, (job, state))| {
-                let is_cached = || {
-                    state == RecordState::Present && !(retry_failed && has_failed(store, &job.key))
-                };
-                if computed.contains(&job.key) || is_cached() {
+            let found = keys.par_iter().zip(states).enumerate().map(|(offset, (key, state))| {
+                let is_cached =
+                    || state == RecordState::Present && !(retry_failed && has_failed(store, key));
+                if computed.contains(key) || is_cached() {
                     return Ok(None);
                 }
-                let index = block * AT_A_TIME + offset;
-                let forecast = match examined.0.get(index).copied().flatten() {
-                    Some(forecast) => forecast,
-                    None => self.examined(*job, false)?,
+                let job = match examined.get(start + offset) {
+                    Some(job) => *job,
+                    None => self.examined(start + offset, false)?,
                 };
-                let task = self.task(index, *job, &forecast)?;
-                Ok(Some((task, forecast.assembly, state == RecordState::Damaged)))
+                Ok(Some((job, state == RecordState::Damaged)))
             });
-            let tasks: Vec<Result<Option<_>>> = tasks.collect();
-            for task in tasks {
-                if let Some((task, assembly, is_damaged)) = task? {
+            let found: Vec<Result<Option<_>>> = found.collect();
+            for job in found {
+                if let Some((job, is_damaged)) = job? {
                     left.damaged += usize::from(is_damaged);
-                    left.tasks.push(task);
-                    assemblies.push(assembly);
+                    left.list.push(job);
                 }
             }
         }
-        share_operators(&mut left.tasks, &assemblies);
+        drop(examined);
+        left.share_operators();
         Ok(left)
-    }
-
-    fn task(
-        &self,
-        index: usize,
-        job: RunJob,
-        forecast: &JobForecast,
-    ) -> Result<Task<JobOrder<'_>>> {
-        let JobForecast { operator, seconds, memory, .. } = *forecast;
-        let mut order = JobOrder { jobs: self, job: index as u32, bytes: 0 };
-        order.bytes = u32::try_from(order.made()?.len()).unwrap_or(u32::MAX);
-        Ok(Task {
-            key: job.key,
-            payload: order,
-            group: operator,
-            rank: self.rank(job),
-            cost: seconds,
-            memory,
-        })
     }
 
     /// Returns the rank of a job: a coarse grid of the axes goes first, so that there are answers
     /// early. Of what a study chooses all has the same rank.
-    fn rank(&self, job: RunJob) -> u32 {
+    fn rank(&self, job: usize) -> u32 {
         match self.study.adaptive() {
             None => {
-                self.study.index(job.point as usize).map_or(0, |index| self.levels.level(index))
+                let point = self.jobs.get(job).map(|point| *point as usize);
+                let index = point.and_then(|point| self.study.index(point));
+                index.map_or(0, |index| self.levels.level(index))
             }
             Some(_) => 0,
         }
@@ -251,11 +265,11 @@ impl<'s> RunJobs<'s> {
     }
 
     /// Returns what is wrong with the scene of a job, at its place in the study file.
-    fn refused(&self, job: RunJob, error: &SceneError) -> anyhow::Error {
-        let position = job.point as usize;
-        let index = self.study.index(position);
+    fn refused(&self, job: usize, error: &SceneError) -> anyhow::Error {
+        let point = self.jobs.get(job).map(|point| *point as usize);
+        let index = point.and_then(|point| self.study.index(point));
         match index.and_then(|index| Some((index, self.study.point(index)?))) {
-            Some((index, of_axes)) if of_axes.key == job.key => {
+            Some((index, of_axes)) if Some(of_axes.key) == self.key(job) => {
                 self.study.refuse(index, error).into()
             }
             // The study has chosen the point, so it has no place in the file.
@@ -269,7 +283,7 @@ impl<'s> RunJobs<'s> {
 struct JobCollector {
     /// Half of each key.
     seen: HashSet<u128>,
-    jobs: Vec<RunJob>,
+    jobs: Vec<u32>,
     /// The number of points so far.
     points: u32,
 }
@@ -281,58 +295,100 @@ impl JobCollector {
         self.points += 1;
         let Some(key) = key else { return };
         if self.seen.insert(key.half()) {
-            self.jobs.push(RunJob { key, point });
+            self.jobs.push(point);
         }
     }
 }
 
-impl JobOrder<'_> {
-    /// Returns the canonical text of the job.
-    pub(crate) fn text(&self) -> Option<String> {
-        self.jobs.text(*self.jobs.jobs.get(self.job as usize)?)
+impl ExaminedJobs {
+    /// Returns a job if it was examined.
+    fn get(&self, job: usize) -> Option<&JobToDo> {
+        let place = self.0.binary_search_by_key(&job, |examined| examined.job as usize).ok()?;
+        self.0.get(place)
+    }
+}
+
+impl JobsLeft<'_> {
+    /// Returns the canonical text of a job.
+    pub(crate) fn text(&self, job: usize) -> Option<String> {
+        self.jobs.text(self.list.get(job)?.job as usize)
     }
 
-    fn made(&self) -> Result<Vec<u8>> {
-        let none = "a job that was listed cannot be made again";
-        let surfaces = self.jobs.study.surfaces();
-        let text = self.text().context(none)?;
-        let job = match surfaces.is_empty() {
-            true => None,
-            false => {
-                let listed = self.jobs.jobs.get(self.job as usize).context(none)?;
-                Some(self.jobs.job(*listed).context(none)?)
+    /// Returns the keys of the jobs.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = JobKey> + '_ {
+        self.list.iter().filter_map(|job| self.jobs.key(job.job as usize))
+    }
+
+    /// Returns the predicted times of the jobs \[s\].
+    pub(crate) fn costs(&self) -> impl Iterator<Item = f64> + '_ {
+        self.list.iter().map(|job| f64::from(job.seconds))
+    }
+
+    /// Takes away all but so many jobs and returns them. A coarse grid of the axes stays, if there
+    /// is one.
+    pub(crate) fn split_off(&mut self, most: usize) -> Self {
+        let jobs = self.jobs;
+        let rest = match most < self.list.len() {
+            true => {
+                self.list.sort_by_cached_key(|job| jobs.rank(job.job as usize));
+                self.list.split_off(most)
             }
+            false => Vec::new(),
         };
-        order(job.as_deref(), text, surfaces)
+        JobsLeft { jobs, list: rest, damaged: 0 }
+    }
+
+    /// Leaves the time that an operator takes with the first of the jobs that share it.
+    fn share_operators(&mut self) {
+        let mut first: HashMap<u64, usize> = HashMap::new();
+        // Within a group, jobs of a low rank go first, and of these the long ones.
+        let turn =
+            |job: &JobToDo| (self.jobs.rank(job.job as usize), Reverse(job.seconds.to_bits()));
+        for (index, job) in self.list.iter().enumerate() {
+            let first = first.entry(job.operator).or_insert(index);
+            if turn(job) < turn(&self.list[*first]) {
+                *first = index;
+            }
+        }
+        for (index, job) in self.list.iter_mut().enumerate() {
+            if first.get(&job.operator) != Some(&index) {
+                job.seconds -= job.assembly;
+            }
+        }
     }
 }
 
-impl Payload for JobOrder<'_> {
-    fn size(&self) -> usize {
-        self.bytes as usize
+impl Jobs for JobsLeft<'_> {
+    fn count(&self) -> usize {
+        self.list.len()
     }
 
-    fn bytes(&self) -> Result<Cow<'_, [u8]>, Box<dyn Error + Send + Sync>> {
-        Ok(Cow::Owned(self.made()?))
+    fn key(&self, job: usize) -> JobKey {
+        self.jobs.key(self.list[job].job as usize).expect("a job that was listed has a key")
     }
-}
 
-/// Leaves the time that an operator takes with the first of the jobs that share it. `assemblies`
-/// has that time for each of the tasks \[s\].
-fn share_operators<P>(tasks: &mut [Task<P>], assemblies: &[f64]) {
-    let mut first: HashMap<u64, usize> = HashMap::new();
-    // Within a group, jobs of a low rank go first, and of these the long ones.
-    let turn = |task: &Task<P>| (task.rank, Reverse(task.cost.to_bits()));
-    for (index, task) in tasks.iter().enumerate() {
-        let first = first.entry(task.group).or_insert(index);
-        if turn(task) < turn(&tasks[*first]) {
-            *first = index;
-        }
+    fn group(&self, job: usize) -> u64 {
+        self.list[job].operator
     }
-    for (index, (task, assembly)) in tasks.iter_mut().zip(assemblies).enumerate() {
-        if first.get(&task.group) != Some(&index) {
-            task.cost -= assembly;
-        }
+
+    fn rank(&self, job: usize) -> u32 {
+        self.jobs.rank(self.list[job].job as usize)
+    }
+
+    fn cost(&self, job: usize) -> f64 {
+        self.list[job].seconds.into()
+    }
+
+    fn memory(&self, job: usize) -> u64 {
+        u64::from(self.list[job].memory) * KIB
+    }
+
+    fn size(&self, job: usize) -> usize {
+        self.jobs.order(self.list[job].job as usize).map_or(0, |order| order.len())
+    }
+
+    fn payload(&self, job: usize) -> Result<Cow<'_, [u8]>, Box<dyn Error + Send + Sync>> {
+        Ok(Cow::Owned(self.jobs.order(self.list[job].job as usize)?))
     }
 }
 

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use identity::JobKey;
-use runner::{Event, EventKind, Task};
+use runner::{Event, EventKind};
 
 /// The size class of a job: the power of two of its predicted time.
 type SizeClass = i32;
@@ -90,42 +90,34 @@ impl JobsBySize {
     }
 }
 
+/// A job that a worker holds.
+#[derive(Clone, Copy, Debug)]
+struct HeldJob {
+    key: JobKey,
+    /// The predicted time \[s\].
+    predicted: f64,
+}
+
 /// The jobs that a worker holds, the one that it is doing first.
 #[derive(Clone, Debug, Default)]
 struct HeldJobs {
-    /// Their places among all.
-    jobs: VecDeque<usize>,
+    jobs: VecDeque<HeldJob>,
     by_size: JobsBySize,
     /// The time since which it does the first of them \[s\].
     since: f64,
 }
 
-/// A job of the run.
-#[derive(Clone, Copy, Debug)]
-struct TimedJob {
-    /// Half of its key.
-    half: u128,
-    /// The predicted time \[s\].
-    predicted: f64,
-    stage: JobStage,
-}
-
-/// The stage of a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum JobStage {
-    Waiting,
-    /// The worker with this number holds it.
-    Held(u32),
-    Ended,
-}
-
-/// The estimate of the time that a run still takes.
+/// The estimate of the time that a run still takes. Of the jobs that wait it knows sums alone, since
+/// there may be a million.
 #[derive(Debug)]
 pub(crate) struct TimeLeft {
-    /// The jobs in the order of their keys.
-    jobs: Vec<TimedJob>,
     waiting: JobsBySize,
     held: BTreeMap<u32, HeldJobs>,
+    /// The worker that holds each job in flight.
+    holders: BTreeMap<JobKey, u32>,
+    /// The predicted times of the jobs that lost workers held and that wait again, as far as is
+    /// known: the results of some may be on their way \[s\].
+    returned: BTreeMap<JobKey, f64>,
     calibration: Calibration,
     /// The number of workers that there will be.
     workers: usize,
@@ -136,24 +128,20 @@ pub(crate) struct TimeLeft {
 }
 
 impl TimeLeft {
-    /// Returns the estimate for some tasks on so many workers, with what is known of earlier jobs.
-    pub(crate) fn new<'t, P: 't>(
-        tasks: impl IntoIterator<Item = &'t Task<P>>,
+    /// Returns the estimate for jobs of some predicted times \[s\] on so many workers, with what is
+    /// known of earlier jobs.
+    pub(crate) fn new(
+        predicted: impl IntoIterator<Item = f64>,
         workers: usize,
         calibration: Calibration,
     ) -> Self {
         let mut waiting = JobsBySize::default();
-        let mut jobs = Vec::new();
-        for task in tasks {
-            let predicted = sane(task.cost);
-            waiting.add(predicted);
-            jobs.push(TimedJob { half: task.key.half(), predicted, stage: JobStage::Waiting });
-        }
-        jobs.sort_unstable_by_key(|job| job.half);
+        predicted.into_iter().for_each(|predicted| waiting.add(sane(predicted)));
         Self {
-            jobs,
             waiting,
             held: BTreeMap::new(),
+            holders: BTreeMap::new(),
+            returned: BTreeMap::new(),
             calibration,
             workers: workers.max(1),
             began: None,
@@ -170,77 +158,78 @@ impl TimeLeft {
     pub(crate) fn hear(&mut self, event: &Event) {
         let now = event.seconds;
         match &event.kind {
-            EventKind::Leased { key, worker, .. } => {
+            EventKind::Leased { key, worker, predicted, .. } => {
                 self.began.get_or_insert(now);
-                self.change(key, JobStage::Held(*worker), now);
+                self.hand_out(*key, *worker, sane(*predicted), now);
             }
             EventKind::Done { key, seconds, .. } => {
-                if let Some(predicted) = self.change(key, JobStage::Ended, now) {
+                if let Some(predicted) = self.end(key, now) {
                     self.calibration.learn(predicted, *seconds);
                     self.busy += seconds;
                 }
             }
-            EventKind::Quarantined { key, .. } | EventKind::Postponed { key, .. } => {
-                self.change(key, JobStage::Ended, now);
+            EventKind::Quarantined { key, .. } => {
+                self.end(key, now);
+            }
+            EventKind::Postponed { key, predicted, .. } => {
+                if self.end(key, now).is_none() {
+                    self.waiting.remove(sane(*predicted)); // It was never handed out.
+                }
             }
             EventKind::Retried { key, .. } | EventKind::Returned { key, .. } => {
-                self.change(key, JobStage::Waiting, now);
+                if let Some(predicted) = self.take_back(key, now) {
+                    self.waiting.add(predicted);
+                }
             }
             EventKind::WorkersLimited { workers, .. } => self.workers = *workers,
             EventKind::WorkerLost { worker, .. } => {
-                let lost = self.held.get(worker).map(|held| held.jobs.clone());
-                for job in lost.unwrap_or_default() {
-                    self.change_at(job, JobStage::Waiting, now);
+                for HeldJob { key, predicted } in self.held.remove(worker).unwrap_or_default().jobs
+                {
+                    self.holders.remove(&key);
+                    self.returned.insert(key, predicted);
+                    self.waiting.add(predicted);
                 }
             }
             _ => {}
         }
     }
 
-    /// Moves a job to another stage, and returns its predicted time; `None` if it is there already,
-    /// or if there is no such job.
-    fn change(&mut self, key: &JobKey, stage: JobStage, now: f64) -> Option<f64> {
-        self.change_at(self.place(key)?, stage, now)
+    /// Notes that a worker gets a job that waited.
+    fn hand_out(&mut self, key: JobKey, worker: u32, predicted: f64, now: f64) {
+        self.returned.remove(&key);
+        self.waiting.remove(predicted);
+        let fresh = HeldJobs { since: now, ..HeldJobs::default() };
+        let held = self.held.entry(worker).or_insert(fresh);
+        held.jobs.push_back(HeldJob { key, predicted });
+        held.by_size.add(predicted);
+        self.holders.insert(key, worker);
     }
 
-    /// Returns the place of a job among all.
-    fn place(&self, key: &JobKey) -> Option<usize> {
-        self.jobs.binary_search_by_key(&key.half(), |job| job.half).ok()
+    /// Takes a job from its worker, and returns its predicted time \[s\]; `None` if nobody holds it.
+    fn take_back(&mut self, key: &JobKey, now: f64) -> Option<f64> {
+        let worker = self.holders.remove(key)?;
+        let held = self.held.get_mut(&worker)?;
+        let turn = held.jobs.iter().position(|job| job.key == *key)?;
+        let HeldJob { predicted, .. } = held.jobs.remove(turn)?;
+        held.by_size.remove(predicted);
+        // Only the end of the first job is the begin of another.
+        if turn == 0 {
+            held.since = now;
+        }
+        if held.jobs.is_empty() {
+            self.held.remove(&worker);
+        }
+        Some(predicted)
     }
 
-    /// Moves the job at a place to another stage.
-    fn change_at(&mut self, place: usize, stage: JobStage, now: f64) -> Option<f64> {
-        let job = self.jobs.get_mut(place).filter(|job| job.stage != stage)?;
-        let TimedJob { predicted, stage: before, .. } = *job;
-        job.stage = stage;
-        match before {
-            JobStage::Waiting => self.waiting.remove(predicted),
-            JobStage::Held(worker) => {
-                if let Some(held) = self.held.get_mut(&worker) {
-                    let turn = held.jobs.iter().position(|other| *other == place);
-                    turn.and_then(|turn| held.jobs.remove(turn));
-                    held.by_size.remove(predicted);
-                    // Only the end of the first job is the begin of another.
-                    if turn == Some(0) {
-                        held.since = now;
-                    }
-                    if held.jobs.is_empty() {
-                        self.held.remove(&worker);
-                    }
-                }
-            }
-            JobStage::Ended => {}
+    /// Notes that a job has ended, and returns its predicted time \[s\]; `None` if it was never
+    /// handed out.
+    fn end(&mut self, key: &JobKey, now: f64) -> Option<f64> {
+        if let Some(predicted) = self.take_back(key, now) {
+            return Some(predicted);
         }
-        match stage {
-            JobStage::Waiting => self.waiting.add(predicted),
-            JobStage::Held(worker) => {
-                let fresh = HeldJobs { since: now, ..HeldJobs::default() };
-                let held = self.held.entry(worker).or_insert(fresh);
-                held.jobs.push_back(place);
-                held.by_size.add(predicted);
-            }
-            JobStage::Ended => {}
-        }
+        let predicted = self.returned.remove(key)?;
+        self.waiting.remove(predicted);
         Some(predicted)
     }
 
@@ -260,7 +249,7 @@ impl TimeLeft {
         // As long as nothing has ended, a job that takes longer than it should tells of the others.
         let mut slowest = 1.0_f64;
         for held in self.held.values() {
-            let Some(job) = held.jobs.front().and_then(|job| self.jobs.get(*job)) else { continue };
+            let Some(job) = held.jobs.front() else { continue };
             let expected = job.predicted * self.calibration.factor(class(job.predicted));
             let elapsed = (now - held.since).max(0.0);
             let overtime = OVERTIME * (elapsed - expected);
@@ -313,8 +302,9 @@ mod tests {
     struct PlayedRun {
         left: TimeLeft,
         now: f64,
-        /// The true time of each job, with those that wait first.
-        waiting: Vec<(JobKey, f64)>,
+        /// The predicted and the true time of each job that waits, those to go first last.
+        waiting: Vec<(JobKey, [f64; 2])>,
+        /// The end of each job in work.
         running: Vec<(JobKey, f64)>,
     }
 
@@ -324,22 +314,19 @@ mod tests {
         JobKey(bytes)
     }
 
+    /// Returns the event that a worker gets a job of a second.
+    fn leased(job: usize, worker: u32) -> EventKind {
+        EventKind::Leased { key: key(job), worker, attempt: 1, predicted: 1.0 }
+    }
+
     /// Plays a run of jobs given as their predicted and their true times, and returns the worst
     /// ratio between estimate and truth, from a tenth of the run on until the last tenth.
     fn worst_ratio(jobs: &[[f64; 2]], workers: usize) -> f64 {
-        let task = |(job, [cost, _]): (usize, &[f64; 2])| Task {
-            key: key(job),
-            payload: Vec::<u8>::new(),
-            group: 0,
-            rank: 0,
-            cost: *cost,
-            memory: 0,
-        };
-        let tasks: Vec<Task> = jobs.iter().enumerate().map(task).collect();
         let mut order: Vec<usize> = (0..jobs.len()).collect();
         order.sort_by(|a, b| jobs[*a][0].total_cmp(&jobs[*b][0]));
-        let waiting = order.into_iter().map(|job| (key(job), jobs[job][1])).collect();
-        let left = TimeLeft::new(&tasks, workers, Calibration::default());
+        let waiting = order.into_iter().map(|job| (key(job), jobs[job])).collect();
+        let left =
+            TimeLeft::new(jobs.iter().map(|[cost, _]| *cost), workers, Calibration::default());
         let mut run = PlayedRun { left, now: 0.0, waiting, running: Vec::new() };
         let mut estimates = Vec::new();
         (0..workers).for_each(|worker| run.hand_out(worker as u32));
@@ -364,19 +351,15 @@ mod tests {
         }
 
         fn hand_out(&mut self, worker: u32) {
-            let Some((key, seconds)) = self.waiting.pop() else { return };
-            self.hear(EventKind::Leased { key, worker, attempt: 1 });
+            let Some((key, [predicted, seconds])) = self.waiting.pop() else { return };
+            self.hear(EventKind::Leased { key, worker, attempt: 1, predicted });
             self.running.push((key, self.now + seconds));
         }
 
         fn finish(&mut self, index: usize) {
             let (key, end) = self.running.remove(index);
             self.now = end;
-            let Some(TimedJob { stage: JobStage::Held(worker), .. }) =
-                self.left.place(&key).map(|job| self.left.jobs[job])
-            else {
-                panic!("a job ends that nobody holds")
-            };
+            let worker = self.left.holders[&key];
             let since = self.left.held[&worker].since;
             let seconds = end - since;
             self.hear(EventKind::Done { key, worker, seconds, attempts: 1 });
@@ -415,22 +398,13 @@ mod tests {
 
     #[test]
     fn a_job_is_in_work_since_the_one_before_it_ended() {
-        let task = |job: usize| Task {
-            key: key(job),
-            payload: Vec::<u8>::new(),
-            group: 0,
-            rank: 0,
-            cost: 1.0,
-            memory: 0,
-        };
-        let tasks = [task(0), task(1), task(2)];
-        let mut left = TimeLeft::new(&tasks, 1, Calibration::default());
+        let mut left = TimeLeft::new([1.0; 3], 1, Calibration::default());
         let mut hear = |seconds: f64, kind: EventKind| {
             left.hear(&Event { seconds, kind, counts: Counts::default() });
             left.held.get(&1).map(|held| held.since)
         };
         for job in 0..3 {
-            hear(0.0, EventKind::Leased { key: key(job), worker: 1, attempt: 1 });
+            hear(0.0, leased(job, 1));
         }
         let returned = EventKind::Returned { key: key(2), reason: String::new() };
         assert_eq!(hear(0.5, returned), Some(0.0), "the first goes on");
@@ -440,29 +414,19 @@ mod tests {
 
     #[test]
     fn jobs_that_come_back_count_again() {
-        let task = |job: usize| Task {
-            key: key(job),
-            payload: Vec::<u8>::new(),
-            group: 0,
-            rank: 0,
-            cost: 1.0,
-            memory: 0,
-        };
-        let mut left = TimeLeft::new(&[task(0), task(1), task(2)], 1, Calibration::default());
+        let mut left = TimeLeft::new([1.0; 3], 1, Calibration::default());
         assert_eq!(left.seconds(0.0), None, "nothing has begun");
         let mut hear = |seconds: f64, kind: EventKind| {
             left.hear(&Event { seconds, kind, counts: Counts::default() });
             left.seconds(seconds)
         };
-        let leased =
-            |job: usize, worker: u32| EventKind::Leased { key: key(job), worker, attempt: 1 };
         assert_eq!(hear(0.0, leased(0, 1)), Some(3.0));
         assert_eq!(hear(0.0, leased(1, 1)), Some(3.0));
         let lost = EventKind::WorkerLost { worker: 1, pid: None, how: String::new() };
         assert!(hear(0.5, lost).unwrap() >= 3.0);
         hear(0.5, leased(0, 2));
-        let aside = EventKind::Quarantined { key: key(2), reason: String::new(), attempts: 0 };
-        hear(0.5, aside);
+        let reason = String::new();
+        hear(0.5, EventKind::Postponed { key: key(2), predicted: 1.0, reason });
         let done = EventKind::Done { key: key(0), worker: 2, seconds: 1.0, attempts: 2 };
         hear(1.5, done);
         assert_eq!(left.waiting.0.values().map(|class| class.jobs).sum::<usize>(), 1);

@@ -87,7 +87,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Journal { file: tempfile::tempfile()?, commits: 0, kept: 0, syncing: Duration::ZERO };
         let start = Instant::now();
         let summary = runner::run(
-            tasks(10_000, b"payload", cost),
+            &tasks(10_000, b"payload", cost),
             &mut journal,
             &options,
             &Interrupt::new()?,
@@ -111,7 +111,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let me = std::process::id();
     let before = ticks(me);
     runner::run(
-        waiting,
+        &waiting,
         &mut journal,
         &options,
         &Interrupt::new()?,

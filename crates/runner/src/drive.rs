@@ -12,7 +12,7 @@ use crate::interrupt::Interrupt;
 use crate::ledger::Ledger;
 use crate::options::Options;
 use crate::protocol::{Assignment, Reply};
-use crate::task::{Payload, Task};
+use crate::task::Jobs;
 use crate::transport::Transport;
 
 /// The outcome of a run.
@@ -39,9 +39,9 @@ pub struct Summary {
     pub early_end: Option<EarlyEnd>,
 }
 
-/// Runs the tasks over a transport, as [`crate::run`] does over shared memory.
-pub(crate) fn drive<P: Payload>(
-    tasks: Vec<Task<P>>,
+/// Runs the jobs over a transport, as [`crate::run`] does over shared memory.
+pub(crate) fn drive(
+    jobs: &impl Jobs,
     ledger: &mut dyn Ledger,
     options: &Options,
     transport: &mut impl Transport,
@@ -50,10 +50,7 @@ pub(crate) fn drive<P: Payload>(
 ) -> Result<Summary, RunError> {
     let start = Instant::now();
     let mut clock = AwakeClock::new();
-    let mut coordinator = Coordinator::new(&tasks, options);
-    // The coordinator knows the rest. An allocation for a million tasks would not shrink in place.
-    let mut payloads = Vec::with_capacity(tasks.len());
-    payloads.extend(tasks.into_iter().map(|task| task.payload));
+    let mut coordinator = Coordinator::new(jobs, options);
     let mut inbox = VecDeque::from([Input::Begin]);
     let mut heard = RequestsHeard::default();
     inbox.extend(heard.news(interrupt));
@@ -68,14 +65,11 @@ pub(crate) fn drive<P: Payload>(
                     Err(reason) => Input::SpawnFailed { worker, reason },
                 }),
                 Action::Kill(worker) => transport.kill(worker),
-                Action::Assign(worker, jobs) => {
-                    let bytes = |(_, job): &(_, usize)| payloads[*job].bytes();
-                    let sent: Vec<_> = jobs
-                        .iter()
-                        .map(bytes)
-                        .collect::<Result<_, _>>()
-                        .map_err(RunError::Payload)?;
-                    let assigned = jobs.iter().zip(&sent);
+                Action::Assign(worker, leased) => {
+                    let payloads = leased.iter().map(|&(_, job)| jobs.payload(job));
+                    let payloads: Vec<_> =
+                        payloads.collect::<Result<_, _>>().map_err(RunError::Payload)?;
+                    let assigned = leased.iter().zip(&payloads);
                     let assigned = assigned.map(|((lease, _), payload)| Assignment {
                         lease: *lease,
                         payload: &**payload,
@@ -95,7 +89,7 @@ pub(crate) fn drive<P: Payload>(
             }
         }
         #[cfg(debug_assertions)]
-        if payloads.len() <= 100
+        if jobs.count() <= 100
             && let Err(broken) = coordinator.check()
         {
             return Err(RunError::Inconsistent(broken));

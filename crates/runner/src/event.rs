@@ -86,6 +86,9 @@ pub enum EventKind {
         worker: u32,
         /// The number of the attempt, counted from 1.
         attempt: u32,
+        /// The predicted time of the job \[s\].
+        #[serde(skip)]
+        predicted: f64,
     },
     /// A result is durable.
     Done {
@@ -123,6 +126,9 @@ pub enum EventKind {
         /// The key of the job.
         #[serde(serialize_with = "as_text")]
         key: JobKey,
+        /// The predicted time of the job \[s\].
+        #[serde(skip)]
+        predicted: f64,
         /// The reason why this run cannot do it.
         reason: String,
     },

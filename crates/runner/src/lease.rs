@@ -45,6 +45,13 @@ impl Leases {
         self.out.get(&id)
     }
 
+    /// Returns the leases of a job and their workers.
+    #[cfg(any(test, debug_assertions))]
+    pub(crate) fn of_job(&self, job: usize) -> impl Iterator<Item = (LeaseId, WorkerId)> {
+        let of_job = self.out.iter().filter(move |(_, lease)| lease.job == job);
+        of_job.map(|(&id, lease)| (id, lease.worker))
+    }
+
     /// Returns the number of leases that are out.
     #[cfg(any(test, debug_assertions))] // The invariants count them.
     pub(crate) fn len(&self) -> usize {

@@ -62,5 +62,5 @@ pub use root::{
 pub use run::run;
 pub use signals::raise_on_signals;
 pub use supervise::RUNNING_IMAGE;
-pub use task::{Payload, Task};
+pub use task::{Jobs, Task};
 pub use worker::Executor;

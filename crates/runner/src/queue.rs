@@ -76,7 +76,8 @@ impl Queue {
     pub(crate) fn new(queued: impl IntoIterator<Item = QueuedJob>) -> Queue {
         let mut index = BTreeMap::new();
         let mut groups: Vec<GroupSums> = Vec::new();
-        let mut jobs: Vec<Turn> = Vec::new();
+        let queued = queued.into_iter();
+        let mut jobs: Vec<Turn> = Vec::with_capacity(queued.size_hint().0);
         for QueuedJob { group, rank, cost } in queued {
             let group = *index.entry(group).or_insert_with(|| {
                 groups.push(GroupSums { rank, cost: 0.0, jobs: 0 });
@@ -131,6 +132,11 @@ impl Queue {
     /// Returns the waiting job with the shortest predicted time.
     pub(crate) fn shortest(&self) -> Option<usize> {
         Some(self.by_cost.job(self.by_cost.waiting.next(0)?))
+    }
+
+    /// Returns the predicted time of a job \[s\].
+    pub(crate) fn cost(&self, job: usize) -> f64 {
+        f64::from_bits(self.jobs[job].cost)
     }
 
     /// Returns the group of a job.
@@ -192,10 +198,10 @@ impl Queue {
         self.groups.iter().map(|group| group.holders as usize).collect()
     }
 
-    /// Takes the next job that `fits`, and whose predicted time is at most `longest` \[s\], for a
-    /// worker that holds the group `held`.
-    pub(crate) fn take(
-        &mut self,
+    /// Returns the next job that `fits`, and whose predicted time is at most `longest` \[s\], for a
+    /// worker that holds the group `held`, and the group of that job.
+    pub(crate) fn next(
+        &self,
         held: Option<GroupIndex>,
         longest: f64,
         fits: impl Fn(usize) -> bool,
@@ -216,7 +222,6 @@ impl Queue {
             claimed.into_iter().find_map(first)
         };
         let (group, job) = held.and_then(first).or_else(unclaimed).or_else(shared)?;
-        self.take_this(job);
         Some((job, group))
     }
 
@@ -374,6 +379,20 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    impl Queue {
+        /// Takes the next job out.
+        fn take(
+            &mut self,
+            held: Option<GroupIndex>,
+            longest: f64,
+            fits: impl Fn(usize) -> bool,
+        ) -> Option<(usize, GroupIndex)> {
+            let (job, group) = self.next(held, longest, fits)?;
+            assert!(self.take_this(job));
+            Some((job, group))
+        }
+    }
 
     /// Makes a queue of jobs given as their groups and costs.
     fn queue<const N: usize>(jobs: [(u64, f64); N]) -> Queue {

@@ -16,7 +16,7 @@ use crate::execution::single_worker;
 use crate::failure_limit::FailureCount;
 use crate::ledger::StoreLedger;
 use crate::output;
-use crate::run_jobs::{ExaminedJobs, JobsLeft, RunJobs};
+use crate::run_jobs::{ExaminedJobs, RunJobs};
 use crate::stored::WrittenStore;
 use crate::words::duration;
 
@@ -62,15 +62,14 @@ fn run(store: &Path, interrupt: &Interrupt) -> Result<bool> {
     let study = Study::parse(STUDY, "doctor", &mut |_| Err("it names no file".to_owned()))?;
     let store = Store::open(place.path())?;
     let jobs = RunJobs::of_axes(&study)?;
-    let JobsLeft { tasks, .. } =
+    let left =
         jobs.left(ExaminedJobs::default(), &WrittenStore::new(&store), false, &HashSet::new())?;
-    let orders: Vec<_> = tasks.iter().map(|task| task.payload).collect();
-    let texts = |task: usize| orders.get(task)?.text();
+    let texts = |job: usize| left.text(job);
     let account = this_run(&study, None);
     let mut failures = FailureCount::default();
     let mut last = None;
     let outcome = runner::run(
-        tasks,
+        &left,
         &mut StoreLedger::new(&store, &texts, None, &account, &mut failures),
         &single_worker(place.path())?,
         interrupt,

@@ -7,12 +7,13 @@ use crate::error::Want;
 use crate::event::EventKind;
 use crate::lease::WorkerId;
 use crate::ledger::{Done, Verdict};
+use crate::task::Jobs;
 
 /// The time for which results gather while their workers have enough to do. A commit costs as much
 /// for one result as for many.
 const GATHERING: Duration = Duration::from_millis(20);
 
-impl Coordinator {
+impl<J: Jobs> Coordinator<J> {
     /// Notes that one attempt failed. The job is held by nobody.
     pub(super) fn failed(
         &mut self,
@@ -21,12 +22,13 @@ impl Coordinator {
         seconds: f64,
         reason: String,
     ) {
-        self.jobs[job].failures += 1;
+        let mishaps = self.mishaps.entry(job).or_default();
+        mishaps.failures += 1;
+        let attempt = mishaps.failures;
         self.counts.failures += 1;
-        let (key, attempt) = (self.jobs[job].key, self.jobs[job].failures);
         if attempt < self.options.attempts {
             self.put_back(job);
-            self.emit(EventKind::Retried { key, attempt, reason });
+            self.emit(EventKind::Retried { key: self.jobs.key(job), attempt, reason });
         } else {
             self.save(job, worker, seconds, Err(reason));
         }
@@ -35,15 +37,14 @@ impl Coordinator {
     /// Notes that an attempt came to nothing by no fault of the job. The job is held by nobody.
     pub(super) fn give_back(&mut self, job: usize, reason: String) {
         self.put_back(job);
-        self.emit(EventKind::Returned { key: self.jobs[job].key, reason });
+        self.emit(EventKind::Returned { key: self.jobs.key(job), reason });
     }
 
     /// Notes that a job had too little memory. It is tried again with all memory for itself, and
     /// left for another run if it had that.
     pub(super) fn starved(&mut self, job: usize, reason: String) {
-        let limit = self.options.memory_limit;
-        if self.jobs[job].memory < limit {
-            self.jobs[job].memory = limit;
+        if self.memory(job) < self.options.memory_limit {
+            self.mishaps.entry(job).or_default().starved = true;
             self.give_back(job, format!("{reason}; it will run while no other job does"));
         } else {
             self.postpone(job, reason, Want::Memory);
@@ -53,8 +54,9 @@ impl Coordinator {
     /// Notes that a job lost its worker by no fault of the job. It is left for another run when
     /// that has happened as often as it may be tried, so that others go on.
     pub(super) fn bereaved(&mut self, job: usize, reason: String) {
-        self.jobs[job].returns += 1;
-        let returns = self.jobs[job].returns;
+        let mishaps = self.mishaps.entry(job).or_default();
+        mishaps.returns += 1;
+        let returns = mishaps.returns;
         if returns < self.options.attempts {
             self.give_back(job, reason);
         } else {
@@ -65,14 +67,15 @@ impl Coordinator {
 
     /// Leaves a job, which is held by nobody, for another run.
     pub(super) fn postpone(&mut self, job: usize, reason: String, want: Want) {
-        self.jobs[job].state = JobState::Postponed;
+        self.states[job] = JobState::Postponed;
         self.counts.postponed += 1;
         self.postponed_for = Some(Postponement { reason: reason.clone(), want });
-        self.emit(EventKind::Postponed { key: self.jobs[job].key, reason });
+        let (key, predicted) = (self.jobs.key(job), self.queue.cost(job));
+        self.emit(EventKind::Postponed { key, predicted, reason });
     }
 
     pub(super) fn put_back(&mut self, job: usize) {
-        self.jobs[job].state = JobState::Waiting;
+        self.states[job] = JobState::Waiting;
         self.queue.put(job);
         self.counts.waiting += 1;
     }
@@ -85,11 +88,17 @@ impl Coordinator {
         seconds: f64,
         result: Result<Vec<u8>, String>,
     ) {
-        let entry = &mut self.jobs[job];
-        entry.state = JobState::Saving;
-        let attempts = entry.failures + u32::from(result.is_ok());
-        let saving =
-            Saving { job, worker, seconds, attempts, quarantine: result.as_ref().err().cloned() };
+        self.states[job] = JobState::Saving;
+        let key = self.jobs.key(job);
+        let attempts = self.mishaps_of(job).failures + u32::from(result.is_ok());
+        let saving = Saving {
+            job,
+            key,
+            worker,
+            seconds,
+            attempts,
+            quarantine: result.as_ref().err().cloned(),
+        };
         let verdict = match result {
             Ok(bytes) => Verdict::Completed(bytes),
             Err(reason) => Verdict::Quarantined { reason },
@@ -97,8 +106,7 @@ impl Coordinator {
         if self.unsaved.is_empty() {
             self.gathers_since = self.now;
         }
-        self.unsaved
-            .push((saving, Done { task: job, key: entry.key, verdict, worker, seconds, attempts }));
+        self.unsaved.push((saving, Done { task: job, key, verdict, worker, seconds, attempts }));
         self.counts.saving += 1;
         if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
             worker.unsaved += 1;
@@ -123,15 +131,14 @@ impl Coordinator {
     pub(super) fn committed(&mut self) {
         let saved = std::mem::take(&mut self.committing);
         let jobs = saved.len();
-        for Saving { job, worker, seconds, attempts, quarantine } in saved {
+        for Saving { job, key, worker, seconds, attempts, quarantine } in saved {
             if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
                 worker.unsaved -= 1;
             }
             self.counts.saving -= 1;
-            let key = self.jobs[job].key;
             match quarantine {
                 None => {
-                    self.jobs[job].state = JobState::Done;
+                    self.states[job] = JobState::Done;
                     self.counts.done += 1;
                     self.emit(EventKind::Done {
                         key,
@@ -141,7 +148,7 @@ impl Coordinator {
                     });
                 }
                 Some(reason) => {
-                    self.jobs[job].state = JobState::Quarantined;
+                    self.states[job] = JobState::Quarantined;
                     self.counts.quarantined += 1;
                     self.emit(EventKind::Quarantined { key, reason, attempts });
                 }

@@ -1,9 +1,10 @@
 //! This file decides how much work a worker gets when it asks.
 
 use super::messages::Action;
-use super::state::{Coordinator, JobState, Phase, TrackedJob};
+use super::state::{Coordinator, JobState, Phase};
 use crate::event::EventKind;
 use crate::lease::WorkerId;
+use crate::task::Jobs;
 
 /// The predicted work that a worker may hold beyond the job that it is running \[s\].
 const AHEAD: f64 = 0.1;
@@ -18,7 +19,7 @@ const MUCH_LONGER: f64 = 2.0;
 /// much.
 const EARLIER: f64 = 2.0;
 
-impl Coordinator {
+impl<J: Jobs> Coordinator<J> {
     /// Answers a worker that asks, if there is something to say.
     pub(super) fn answer(&mut self, id: WorkerId) {
         let jobs = if self.stopping() { Vec::new() } else { self.choose(id) };
@@ -43,7 +44,7 @@ impl Coordinator {
         for &job in &jobs {
             let lease = self.leases.grant(job, id);
             worker.leases.push_back(lease);
-            self.jobs[job].state = JobState::Leased(lease);
+            self.states[job] = JobState::Leased;
             assigned.push((lease, job));
         }
         self.weigh(id);
@@ -52,9 +53,10 @@ impl Coordinator {
             self.counts.waiting -= 1;
             self.counts.running += 1;
             self.emit(EventKind::Leased {
-                key: self.jobs[job].key,
+                key: self.jobs.key(job),
                 worker: id,
-                attempt: self.jobs[job].failures + 1,
+                attempt: self.mishaps_of(job).failures + 1,
+                predicted: self.queue.cost(job),
             });
         }
     }
@@ -70,7 +72,6 @@ impl Coordinator {
             .sum();
         let mut memory = worker.load.memory;
         let calibration = self.calibration();
-        let seconds = |job: &TrackedJob| job.cost * calibration.unwrap_or(f64::INFINITY);
         let mut ahead = match worker.leases.is_empty() {
             true => 0.0,
             false => worker.load.cost * calibration.unwrap_or(f64::INFINITY),
@@ -80,32 +81,28 @@ impl Coordinator {
         let share = (self.queue.len() / 2 / self.options.workers).max(1);
         let mut chosen = Vec::new();
         while held + chosen.len() < MOST_JOBS && chosen.len() < share {
-            let jobs = &self.jobs;
             let fits = |job: usize| {
-                others.saturating_add(memory.max(jobs[job].memory)) <= self.options.memory_limit
+                others.saturating_add(memory.max(self.memory(job))) <= self.options.memory_limit
             };
             let longest = self.longest_that_fits(ahead);
-            let Some((job, of)) = self.queue.take(group, longest, fits) else { break };
-            let (job, of) =
-                match self.overdue(job).filter(|&late| jobs[late].cost <= longest && fits(late)) {
-                    Some(late) => {
-                        self.queue.put(job);
-                        self.queue.take_this(late);
-                        (late, self.queue.group(late))
-                    }
-                    None => (job, of),
-                };
+            let Some((first, group_of_first)) = self.queue.next(group, longest, fits) else {
+                break;
+            };
+            let may_go = |late: &usize| self.queue.cost(*late) <= longest && fits(*late);
+            let (job, of) = match self.overdue(first).filter(may_go) {
+                Some(late) => (late, self.queue.group(late)),
+                None => (first, group_of_first),
+            };
+            let seconds = self.queue.cost(job) * calibration.unwrap_or(f64::INFINITY);
+            let size = self.jobs.size(job);
             let behind = held + chosen.len() > 0;
-            if behind
-                && (ahead + seconds(&self.jobs[job]) > AHEAD
-                    || bytes + self.jobs[job].bytes > MOST_BYTES)
-            {
-                self.queue.put(job);
+            if behind && (ahead + seconds > AHEAD || bytes + size > MOST_BYTES) {
                 break;
             }
-            ahead += seconds(&self.jobs[job]);
-            memory = memory.max(self.jobs[job].memory);
-            bytes += self.jobs[job].bytes;
+            ahead += seconds;
+            memory = memory.max(self.memory(job));
+            bytes += size;
+            self.queue.take_this(job);
             self.queue.hold(group, Some(of));
             group = Some(of);
             chosen.push(job);
@@ -124,14 +121,14 @@ impl Coordinator {
         chosen
     }
 
-    /// Returns the longest job that waits if it should not wait any longer behind one that has just
-    /// been taken: it takes about as long as everything else on all workers, and the others would
+    /// Returns the longest job that waits if it should not wait any longer behind one that is to
+    /// be taken: it takes about as long as everything else on all workers, and the others would
     /// be idle while the last one does it. It must be much longer than the other: for a small gain
     /// no worker leaves its group.
     fn overdue(&self, taken: usize) -> Option<usize> {
         let late = self.queue.longest()?;
-        let cost = self.jobs[late].cost;
-        let rest = self.queue.seconds() / self.options.workers as f64;
-        (cost >= MUCH_LONGER * self.jobs[taken].cost && EARLIER * cost >= rest).then_some(late)
+        let cost = self.queue.cost(late);
+        let rest = (self.queue.seconds() - self.queue.cost(taken)) / self.options.workers as f64;
+        (cost >= MUCH_LONGER * self.queue.cost(taken) && EARLIER * cost >= rest).then_some(late)
     }
 }

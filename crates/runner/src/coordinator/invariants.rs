@@ -2,8 +2,9 @@
 
 use super::state::{Coordinator, JobState, Phase};
 use crate::event::Counts;
+use crate::task::Jobs;
 
-impl Coordinator {
+impl<J: Jobs> Coordinator<J> {
     /// Checks every rule that must hold between two steps and returns the first broken one in
     /// words.
     pub(crate) fn check(&self) -> Result<(), String> {
@@ -12,49 +13,44 @@ impl Coordinator {
             workers: self.workers.len(),
             ..Counts::default()
         };
-        for (number, job) in self.jobs.iter().enumerate() {
+        for (number, &state) in self.states.iter().enumerate() {
+            let mishaps = self.mishaps_of(number);
+            let is_tried = matches!(state, JobState::Waiting | JobState::Leased);
             let queued = self.queue.contains(number);
             let saved = self.unsaved.iter().map(|(saving, _)| saving).chain(&self.committing);
             // The check is quadratic, so it is made only for studies of the size that tests have.
-            if self.jobs.len() <= 100
+            if self.states.len() <= 100
                 && saved.filter(|saving| saving.job == number).count()
-                    != usize::from(job.state == JobState::Saving)
+                    != usize::from(state == JobState::Saving)
             {
                 return Err(format!(
                     "job {number} is {:?} but that is not what is being saved",
-                    job.state
+                    state
                 ));
             }
-            if queued != (job.state == JobState::Waiting) {
-                return Err(format!("job {number} is {:?}, in the queue: {queued}", job.state));
+            if queued != (state == JobState::Waiting) {
+                return Err(format!("job {number} is {:?}, in the queue: {queued}", state));
             }
-            if matches!(job.state, JobState::Waiting | JobState::Leased(_))
-                && job.failures >= self.options.attempts
-            {
-                return Err(format!("job {number} is tried again after {} failures", job.failures));
+            for (times, what) in [(mishaps.failures, "failures"), (mishaps.returns, "losses")] {
+                if is_tried && times >= self.options.attempts {
+                    return Err(format!("job {number} is tried again after {times} {what}"));
+                }
             }
-            if matches!(job.state, JobState::Waiting | JobState::Leased(_))
-                && job.returns >= self.options.attempts
-            {
-                return Err(format!("job {number} is tried again after {} losses", job.returns));
-            }
-            match job.state {
+            match state {
                 JobState::Waiting => tally.waiting += 1,
                 JobState::Saving => tally.saving += 1,
                 JobState::Done => tally.done += 1,
                 JobState::Quarantined => tally.quarantined += 1,
                 JobState::Postponed => tally.postponed += 1,
-                JobState::Leased(lease) => {
+                JobState::Leased => {
                     tally.running += 1;
-                    let holder = self
-                        .leases
-                        .get(lease)
-                        .filter(|lease| lease.job == number)
-                        .and_then(|lease| self.workers.get(&lease.worker));
-                    if !holder.is_some_and(|worker| worker.leases.contains(&lease)) {
-                        return Err(format!(
-                            "lease {lease} of job {number} is in the hands of no live worker"
-                        ));
+                    let mut leases = self.leases.of_job(number);
+                    let is_held = leases.next().is_some_and(|(lease, worker)| {
+                        let worker = self.workers.get(&worker);
+                        worker.is_some_and(|worker| worker.leases.contains(&lease))
+                    });
+                    if !is_held || leases.next().is_some() {
+                        return Err(format!("job {number} is not in the hands of one live worker"));
                     }
                 }
             }
@@ -114,8 +110,8 @@ impl Coordinator {
     /// Returns the jobs that are durable.
     #[cfg(test)]
     pub(super) fn durable(&self) -> Vec<usize> {
-        (0..self.jobs.len())
-            .filter(|&job| matches!(self.jobs[job].state, JobState::Done | JobState::Quarantined))
+        (0..self.states.len())
+            .filter(|&job| matches!(self.states[job], JobState::Done | JobState::Quarantined))
             .collect()
     }
 }

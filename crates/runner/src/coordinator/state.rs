@@ -15,24 +15,23 @@ use crate::ledger::Done;
 use crate::loss::Loss;
 use crate::options::Options;
 use crate::queue::{GroupIndex, Queue, QueuedJob};
-use crate::task::{Payload, Task};
+use crate::task::Jobs;
 
-#[derive(Debug)]
-pub(super) struct TrackedJob {
-    pub(super) key: JobKey,
-    pub(super) cost: f64,
-    pub(super) memory: u64,
-    pub(super) bytes: usize,
+/// The mishaps of a job.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Mishaps {
+    /// The number of attempts that failed.
     pub(super) failures: u32,
     /// The number of workers that it lost by no fault of its own.
     pub(super) returns: u32,
-    pub(super) state: JobState,
+    /// It is true if the job had too little memory, so that it must run alone.
+    pub(super) starved: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum JobState {
     Waiting,
-    Leased(LeaseId),
+    Leased,
     Saving,
     Done,
     Quarantined,
@@ -87,6 +86,7 @@ pub(super) struct Load {
 #[derive(Clone, Debug)]
 pub(super) struct Saving {
     pub(super) job: usize,
+    pub(super) key: JobKey,
     pub(super) worker: Option<WorkerId>,
     pub(super) seconds: f64,
     pub(super) attempts: u32,
@@ -95,9 +95,13 @@ pub(super) struct Saving {
 
 /// Everything that the coordinator knows.
 #[derive(Debug)]
-pub(crate) struct Coordinator {
+pub(crate) struct Coordinator<J> {
     pub(super) options: Options,
-    pub(super) jobs: Vec<TrackedJob>,
+    pub(super) jobs: J,
+    /// The state of each job. There may be a million, so a byte is all that is kept of most.
+    pub(super) states: Vec<JobState>,
+    /// The mishaps of those jobs that had any.
+    pub(super) mishaps: BTreeMap<usize, Mishaps>,
     pub(super) queue: Queue,
     pub(super) leases: Leases,
     pub(super) workers: BTreeMap<WorkerId, Worker>,
@@ -172,26 +176,22 @@ pub(crate) struct Tally {
     pub(crate) busy: f64,
 }
 
-impl Coordinator {
-    /// Makes a coordinator that knows the tasks and has done nothing.
-    pub(crate) fn new<P: Payload>(tasks: &[Task<P>], options: &Options) -> Coordinator {
-        let job = |task: &Task<P>| TrackedJob {
-            key: task.key,
-            cost: sane(task.cost),
-            memory: task.memory,
-            bytes: task.payload.size(),
-            failures: 0,
-            returns: 0,
-            state: JobState::Waiting,
+impl<J: Jobs> Coordinator<J> {
+    /// Makes a coordinator that knows the jobs and has done nothing.
+    pub(crate) fn new(jobs: J, options: &Options) -> Coordinator<J> {
+        let count = jobs.count();
+        let queued = |job| QueuedJob {
+            group: jobs.group(job),
+            rank: jobs.rank(job),
+            cost: sane(jobs.cost(job)),
         };
+        let queue = Queue::new((0..count).map(queued));
         Coordinator {
             options: options.clone(),
-            jobs: tasks.iter().map(job).collect(),
-            queue: Queue::new(tasks.iter().map(|task| QueuedJob {
-                group: task.group,
-                rank: task.rank,
-                cost: sane(task.cost),
-            })),
+            jobs,
+            states: vec![JobState::Waiting; count],
+            mishaps: BTreeMap::new(),
+            queue,
             leases: Leases::default(),
             workers: BTreeMap::new(),
             hired: 0,
@@ -213,7 +213,7 @@ impl Coordinator {
             given_up: false,
             halted: false,
             postponed_for: None,
-            counts: Counts { waiting: tasks.len(), ..Counts::default() },
+            counts: Counts { waiting: count, ..Counts::default() },
             tally: Tally::default(),
             actions: Vec::new(),
             now: Duration::ZERO,
@@ -265,6 +265,21 @@ impl Coordinator {
         self.postponed_for.as_ref()
     }
 
+    /// Returns the mishaps that a job had.
+    pub(super) fn mishaps_of(&self, job: usize) -> Mishaps {
+        self.mishaps.get(&job).copied().unwrap_or_default()
+    }
+
+    /// Returns the memory that a job needs \[bytes\]: the prediction, or all of it once that was
+    /// too little.
+    pub(super) fn memory(&self, job: usize) -> u64 {
+        let predicted = self.jobs.memory(job);
+        match self.mishaps_of(job).starved {
+            true => predicted.max(self.options.memory_limit),
+            false => predicted,
+        }
+    }
+
     pub(super) fn emit(&mut self, kind: EventKind) {
         let event = Event { seconds: self.now.as_secs_f64(), kind, counts: self.counts };
         self.actions.push(Action::Emit(event));
@@ -289,9 +304,8 @@ impl Coordinator {
     pub(super) fn load_of(&self, worker: &Worker) -> Load {
         let mut load = Load::default();
         for lease in worker.leases.iter().filter_map(|&lease| self.leases.get(lease)) {
-            let job = &self.jobs[lease.job];
-            load.cost += job.cost;
-            load.memory = load.memory.max(job.memory);
+            load.cost += self.queue.cost(lease.job);
+            load.memory = load.memory.max(self.memory(lease.job));
         }
         load
     }

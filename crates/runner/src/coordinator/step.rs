@@ -12,6 +12,7 @@ use crate::limits::size;
 use crate::loss::{Cause, Loss};
 use crate::options::Options;
 use crate::protocol::{AttemptOutcome, Report};
+use crate::task::Jobs;
 
 /// The number of workers in a row that die before asking for a job after which starting more is
 /// hopeless.
@@ -30,7 +31,7 @@ struct Deadline {
     reason: String,
 }
 
-impl Coordinator {
+impl<J: Jobs> Coordinator<J> {
     /// Returns the time at which [`Input::Clock`] would change something if nothing else happens.
     pub(crate) fn alarm(&self) -> Option<Duration> {
         let deadlines =
@@ -78,8 +79,8 @@ impl Coordinator {
 
     fn begin(&mut self) {
         self.emit(EventKind::RunStarted);
-        for job in 0..self.jobs.len() {
-            let (needed, limit) = (self.jobs[job].memory, self.options.memory_limit);
+        for job in 0..self.states.len() {
+            let (needed, limit) = (self.memory(job), self.options.memory_limit);
             if needed > limit && self.queue.take_this(job) {
                 self.counts.waiting -= 1;
                 let (needed, limit) = (size(needed), size(limit));
@@ -137,7 +138,7 @@ impl Coordinator {
                 self.misfortunes = 0;
                 const MEMORY: f64 = 0.95;
                 self.took = MEMORY * self.took + seconds;
-                self.predicted = MEMORY * self.predicted + self.jobs[lease.job].cost;
+                self.predicted = MEMORY * self.predicted + self.queue.cost(lease.job);
                 self.save(lease.job, Some(id), seconds, Ok(bytes));
             }
             AttemptOutcome::Failed(reason) => self.failed(lease.job, Some(id), seconds, reason),

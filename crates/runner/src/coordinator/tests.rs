@@ -22,6 +22,9 @@ use crate::options::Options;
 use crate::protocol::{AttemptOutcome, Report};
 use crate::task::Task;
 
+/// A coordinator of jobs in memory.
+type KnownCoordinator = Coordinator<Vec<Task>>;
+
 fn tasks(count: usize) -> Vec<Task> {
     let task = |number: usize| Task {
         key: JobKey([number as u8; 32]),
@@ -45,7 +48,7 @@ fn gone(cause: Cause) -> Loss {
 /// Lets a worker report that the job of a lease took so long, and commits it. Returns what the
 /// coordinator does then.
 fn reports(
-    coordinator: &mut Coordinator,
+    coordinator: &mut KnownCoordinator,
     worker: WorkerId,
     lease: LeaseId,
     seconds: f64,
@@ -93,7 +96,7 @@ fn alike(count: usize, cost: f64, memory: u64) -> Vec<Task> {
 }
 
 /// Returns a coordinator whose workers are up.
-fn started(tasks: &[Task], workers: usize) -> Coordinator {
+fn started(tasks: Vec<Task>, workers: usize) -> KnownCoordinator {
     let mut coordinator = Coordinator::new(tasks, &options(workers));
     coordinator.step(Input::Begin, Duration::ZERO);
     coordinator.step(Input::Settled, Duration::ZERO);
@@ -102,7 +105,7 @@ fn started(tasks: &[Task], workers: usize) -> Coordinator {
 
 #[test]
 fn a_reply_waits_until_what_it_acknowledges_is_durable() {
-    let mut coordinator = started(&alike(200, 1.0, 1), 2);
+    let mut coordinator = started(alike(200, 1.0, 1), 2);
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
     assert_eq!(
@@ -128,7 +131,7 @@ fn a_long_job_is_not_held_behind_another() {
     let mut tasks = alike(10, 0.001, 1);
     tasks[0].cost = 0.5;
     tasks[1].cost = 0.5;
-    let mut coordinator = started(&tasks, 1);
+    let mut coordinator = started(tasks, 1);
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
     assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(1, vec![1])]);
@@ -147,7 +150,7 @@ fn endless_patience_and_any_number_of_workers_are_options() {
         grace: Duration::MAX,
         ..options(usize::MAX)
     };
-    let mut coordinator = Coordinator::new(&alike(3, 1.0, 1), &options);
+    let mut coordinator = Coordinator::new(alike(3, 1.0, 1), &options);
     let now = Duration::from_secs(1);
     coordinator.step(Input::Begin, now);
     let starts = coordinator.step(Input::Settled, now);
@@ -160,7 +163,7 @@ fn endless_patience_and_any_number_of_workers_are_options() {
 
 #[test]
 fn what_does_not_fit_together_waits() {
-    let mut coordinator = started(&alike(3, 1.0, 60), 2);
+    let mut coordinator = started(alike(3, 1.0, 60), 2);
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
     coordinator.step(requests(2, &[]), now);
@@ -175,7 +178,7 @@ fn what_does_not_fit_together_waits() {
 
 #[test]
 fn the_result_of_a_lost_lease_is_dropped() {
-    let mut coordinator = started(&alike(1, 1.0, 1), 1);
+    let mut coordinator = started(alike(1, 1.0, 1), 1);
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
     coordinator.step(Input::Settled, now);
@@ -194,7 +197,7 @@ fn the_result_of_a_lost_lease_is_dropped() {
 
 #[test]
 fn a_worker_that_dies_before_it_begins_charges_its_first_job() {
-    let mut coordinator = started(&alike(1, 1.0, 1), 1);
+    let mut coordinator = started(alike(1, 1.0, 1), 1);
     let now = Duration::from_secs(1);
     for worker in 1..=3 {
         coordinator.step(requests(worker, &[]), now);
@@ -208,7 +211,7 @@ fn a_worker_that_dies_before_it_begins_charges_its_first_job() {
 
 #[test]
 fn a_worker_that_forgets_its_jobs_is_killed() {
-    let mut coordinator = started(&alike(2, 1.0, 1), 1);
+    let mut coordinator = started(alike(2, 1.0, 1), 1);
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
     coordinator.step(Input::Settled, now);
@@ -218,7 +221,7 @@ fn a_worker_that_forgets_its_jobs_is_killed() {
 
 #[test]
 fn the_first_interrupt_dismisses_and_the_second_kills() {
-    let mut coordinator = started(&alike(5, 1.0, 1), 2);
+    let mut coordinator = started(alike(5, 1.0, 1), 2);
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
     coordinator.step(Input::Settled, now);
@@ -231,7 +234,7 @@ fn the_first_interrupt_dismisses_and_the_second_kills() {
 }
 
 /// Lets a worker take a job and be lost, and returns what the coordinator does then.
-fn loses(coordinator: &mut Coordinator, worker: WorkerId, cause: Cause) -> Vec<Action> {
+fn loses(coordinator: &mut KnownCoordinator, worker: WorkerId, cause: Cause) -> Vec<Action> {
     let now = Duration::from_secs(1);
     coordinator.step(requests(worker, &[]), now);
     coordinator.step(Input::Settled, now);
@@ -244,7 +247,7 @@ fn loses(coordinator: &mut Coordinator, worker: WorkerId, cause: Cause) -> Vec<A
 
 #[test]
 fn a_job_that_lacks_memory_is_tried_alone_and_then_left_for_another_run() {
-    let mut coordinator = started(&alike(2, 1.0, 40), 2);
+    let mut coordinator = started(alike(2, 1.0, 40), 2);
     let now = Duration::from_secs(1);
     coordinator.step(requests(2, &[]), now);
     coordinator.step(Input::Settled, now);
@@ -265,7 +268,7 @@ fn a_job_that_lacks_memory_is_tried_alone_and_then_left_for_another_run() {
 
 #[test]
 fn a_job_that_needs_more_than_the_limit_is_left_for_another_run() {
-    let mut coordinator = started(&alike(1, 1.0, 101), 1);
+    let mut coordinator = started(alike(1, 1.0, 101), 1);
     assert_eq!(coordinator.counts().postponed, 1);
     assert!(coordinator.finished());
     let Postponement { reason, .. } = coordinator.postponed_for().unwrap();
@@ -275,7 +278,7 @@ fn a_job_that_needs_more_than_the_limit_is_left_for_another_run() {
 
 #[test]
 fn workers_that_are_lost_by_no_fault_of_a_job_charge_nothing_and_end_the_run_at_last() {
-    let mut coordinator = started(&alike(9, 1.0, 1), 1);
+    let mut coordinator = started(alike(9, 1.0, 1), 1);
     for worker in 1..12 {
         let actions = loses(&mut coordinator, worker, Cause::Circumstances);
         assert!(actions.contains(&Action::Start(worker + 1)), "{actions:?}");
@@ -290,7 +293,7 @@ fn workers_that_are_lost_by_no_fault_of_a_job_charge_nothing_and_end_the_run_at_
 
 #[test]
 fn a_job_that_always_loses_its_worker_is_left_and_the_others_go_on() {
-    let mut coordinator = started(&alike(2, 1.0, 1), 1);
+    let mut coordinator = started(alike(2, 1.0, 1), 1);
     for worker in 1..=3 {
         assert_eq!(coordinator.counts().postponed, 0);
         loses(&mut coordinator, worker, Cause::Circumstances);
@@ -310,7 +313,7 @@ fn a_job_that_always_loses_its_worker_is_left_and_the_others_go_on() {
 /// Each of them has its worker twice, so together they lose more than are lost in vain.
 #[test]
 fn many_jobs_that_lack_memory_do_not_stop_the_run() {
-    let mut coordinator = started(&alike(8, 1.0, 40), 1);
+    let mut coordinator = started(alike(8, 1.0, 40), 1);
     for worker in 1..=14 {
         let actions = loses(&mut coordinator, worker, Cause::Memory);
         let has_given_up = actions.iter().any(|action| matches!(action, Action::GiveUp(_)));
@@ -327,7 +330,7 @@ fn many_jobs_that_lack_memory_do_not_stop_the_run() {
 
 #[test]
 fn a_result_that_cannot_be_handed_over_stops_the_run_and_charges_nothing() {
-    let mut coordinator = started(&alike(3, 1.0, 1), 2);
+    let mut coordinator = started(alike(3, 1.0, 1), 2);
     let now = Duration::from_secs(1);
     for worker in [1, 2] {
         coordinator.step(requests(worker, &[]), now);

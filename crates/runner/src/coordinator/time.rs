@@ -5,11 +5,12 @@ use std::time::Duration;
 
 use super::state::Coordinator;
 use crate::event::EventKind;
+use crate::task::Jobs;
 
 /// The least ratio of real to predicted times that is believed.
 const LEAST_RATIO: f64 = 1e-9;
 
-impl Coordinator {
+impl<J: Jobs> Coordinator<J> {
     /// Returns the longest predicted time of a job that ends in time behind so much other work,
     /// both in \[s\]. The predictions are corrected by the real times of the jobs.
     pub(super) fn longest_that_fits(&self, ahead: f64) -> f64 {
@@ -43,7 +44,7 @@ impl Coordinator {
     pub(super) fn keep_time(&mut self) {
         let is_over = self.until.is_some_and(|until| until <= self.now);
         let nothing_fits = || {
-            let shortest = self.queue.shortest().map(|job| self.jobs[job].cost);
+            let shortest = self.queue.shortest().map(|job| self.queue.cost(job));
             self.counts.running == 0
                 && shortest.is_some_and(|shortest| shortest > self.longest_that_fits(0.0))
         };

@@ -207,7 +207,7 @@ mod tests {
         let mut kept = KeptResults::default();
         let mut threads = Threads::new(|| Reverse, dies);
         let summary = drive(
-            tasks.to_vec(),
+            &tasks.to_vec(),
             &mut kept,
             &options,
             &mut threads,

@@ -113,7 +113,7 @@ fn a_job_cannot_take_more_memory_than_its_worker_may() {
     let reasons: BTreeMap<u64, &str> = events
         .iter()
         .filter_map(|event| match &event.kind {
-            EventKind::Postponed { key, reason } => Some((number(*key), reason.as_str())),
+            EventKind::Postponed { key, reason, .. } => Some((number(*key), reason.as_str())),
             _ => None,
         })
         .collect();

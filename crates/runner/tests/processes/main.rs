@@ -165,7 +165,7 @@ impl Kept {
 fn run(tasks: Vec<Task>, options: &Options) -> (Result<Summary, RunError>, Kept, Vec<Event>) {
     let (mut kept, mut events) = (Kept::default(), Vec::new());
     let summary =
-        runner::run(tasks, &mut kept, options, &Interrupt::new().unwrap(), &mut |event| {
+        runner::run(&tasks, &mut kept, options, &Interrupt::new().unwrap(), &mut |event| {
             events.push(event.clone())
         });
     (summary, kept, events)
@@ -341,7 +341,7 @@ fn nonsense_is_refused_before_anything_runs() {
 fn a_ledger_that_fails_ends_the_run() {
     let mut kept = Kept { fail_after: Some(10), ..Kept::default() };
     let error =
-        runner::run(squares(200), &mut kept, &options(), &Interrupt::new().unwrap(), &mut |_| {})
+        runner::run(&squares(200), &mut kept, &options(), &Interrupt::new().unwrap(), &mut |_| {})
             .unwrap_err();
     assert!(
         matches!(&error, RunError::Ledger(source) if source.to_string() == "no space left on device")
@@ -356,7 +356,7 @@ fn an_interrupt_keeps_what_is_in_flight_and_begins_nothing() {
         .collect();
     let interrupt = Interrupt::new().unwrap();
     let (mut kept, mut leased) = (Kept::default(), 0);
-    let summary = runner::run(tasks, &mut kept, &options(), &interrupt, &mut |event| {
+    let summary = runner::run(&tasks, &mut kept, &options(), &interrupt, &mut |event| {
         if matches!(event.kind, EventKind::Leased { .. }) {
             leased += 1;
             if leased == 2 {
@@ -405,7 +405,7 @@ fn two_interrupts_end_the_run_now() {
     let tasks: Vec<_> = (0..5).map(|number| task(number, "hang")).collect();
     let interrupt = Interrupt::new().unwrap();
     let mut kept = Kept::default();
-    let summary = runner::run(tasks, &mut kept, &options(), &interrupt, &mut |event| {
+    let summary = runner::run(&tasks, &mut kept, &options(), &interrupt, &mut |event| {
         if matches!(event.kind, EventKind::Leased { .. } | EventKind::Interrupted { now: false })
             && interrupt.raised() < 2
         {

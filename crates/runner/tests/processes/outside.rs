@@ -18,7 +18,7 @@ fn workers_killed_at_random_moments_change_no_result() {
     let tasks: Vec<_> = (0..300).map(|number| task(number, format!("sleep 5 {number}"))).collect();
     let (mut kept, mut pids, mut seed, mut events) = (Kept::default(), Vec::new(), 7, 0u64);
     let summary =
-        runner::run(tasks, &mut kept, &options, &Interrupt::new().unwrap(), &mut |event| {
+        runner::run(&tasks, &mut kept, &options, &Interrupt::new().unwrap(), &mut |event| {
             match event.kind {
                 EventKind::WorkerStarted { pid, .. } => pids.push(pid),
                 EventKind::WorkerLost { pid: Some(pid), .. } => pids.retain(|&other| other != pid),
@@ -57,12 +57,12 @@ fn coordinator() {
     let (Some(path), Ok(jobs)) = (std::env::var_os(JOURNAL), std::env::var(JOBS)) else { return };
     let mut journal =
         Journal(std::fs::File::options().append(true).create(true).open(path).unwrap());
-    let tasks = (0..jobs.parse().unwrap())
+    let tasks: Vec<_> = (0..jobs.parse().unwrap())
         .map(|number| task(number, format!("sleep 2 {number}")))
         .collect();
     // The attempts have no end: the killer is outside, and no job is to blame.
     let options = Options { attempts: u32::MAX, ..options() };
-    runner::run(tasks, &mut journal, &options, &Interrupt::new().unwrap(), &mut |event| {
+    runner::run(&tasks, &mut journal, &options, &Interrupt::new().unwrap(), &mut |event| {
         eprintln!("{}", serde_json::to_string(event).unwrap());
     })
     .unwrap();
@@ -199,8 +199,8 @@ fn coordinator_without_patience() {
         attempts: 1,
         ..options()
     };
-    let tasks = (0..2).map(|number| task(number, format!("sleep 300 {number}"))).collect();
-    runner::run(tasks, &mut journal, &options, &Interrupt::new().unwrap(), &mut |event| {
+    let tasks: Vec<_> = (0..2).map(|number| task(number, format!("sleep 300 {number}"))).collect();
+    runner::run(&tasks, &mut journal, &options, &Interrupt::new().unwrap(), &mut |event| {
         eprintln!("{}", serde_json::to_string(event).unwrap());
     })
     .unwrap();

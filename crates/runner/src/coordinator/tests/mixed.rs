@@ -30,7 +30,7 @@ impl Played {
 /// one has ended.
 fn end_of(tasks: &[Task], seconds: &[f64], workers: usize) -> f64 {
     let options = Options { memory_limit: u64::MAX, ..options(workers) };
-    let mut coordinator = Coordinator::new(tasks, &options);
+    let mut coordinator = Coordinator::new(tasks.to_vec(), &options);
     let mut played: BTreeMap<WorkerId, Played> = BTreeMap::new();
     let mut now = Duration::ZERO;
     let mut inbox = VecDeque::from([Input::Begin]);
@@ -136,7 +136,7 @@ fn long_and_short_jobs_end_together() {
 fn jobs_of_like_length_stay_with_their_group() {
     let (mut tasks, _) = groups(&[(40, 1.0), (40, 1.9)]);
     tasks.iter_mut().for_each(|task| task.rank = 0);
-    let mut coordinator = started(&tasks, 1);
+    let mut coordinator = started(tasks, 1);
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
     let mut order = Vec::new();

@@ -115,7 +115,7 @@ proptest! {
 
 /// The simulated workers, which keep to the protocol until they fail.
 struct World {
-    coordinator: Coordinator,
+    coordinator: KnownCoordinator,
     workers: BTreeMap<WorkerId, Simulated>,
     /// The requests that were still on their way when their worker died.
     late: Vec<Input>,
@@ -138,7 +138,7 @@ struct Simulated {
 
 impl World {
     fn new(seed: u64, faults: u64, tasks: &[Task], options: &Options) -> World {
-        let coordinator = Coordinator::new(tasks, options);
+        let coordinator = Coordinator::new(tasks.to_vec(), options);
         World {
             coordinator,
             workers: BTreeMap::new(),

@@ -9,7 +9,7 @@ fn lasting(costs: &[f64]) -> Vec<Task> {
 }
 
 /// Returns a coordinator with time `until` so many seconds, whose workers are up.
-fn started_until(tasks: &[Task], workers: usize, until: u64) -> Coordinator {
+fn started_until(tasks: Vec<Task>, workers: usize, until: u64) -> KnownCoordinator {
     let until = Some(Duration::from_secs(until));
     let options = Options { until, overtime: Duration::from_secs(5), ..options(workers) };
     let mut coordinator = Coordinator::new(tasks, &options);
@@ -32,7 +32,7 @@ fn told(actions: &[Action]) -> Vec<bool> {
 
 #[test]
 fn after_the_time_no_job_is_begun_and_what_is_in_flight_is_given_up_at_last() {
-    let mut coordinator = started_until(&lasting(&[10.0; 4]), 2, 100);
+    let mut coordinator = started_until(lasting(&[10.0; 4]), 2, 100);
     let second = Duration::from_secs;
     for worker in [1, 2] {
         coordinator.step(requests(worker, &[]), second(80));
@@ -64,7 +64,7 @@ fn after_the_time_no_job_is_begun_and_what_is_in_flight_is_given_up_at_last() {
 
 #[test]
 fn what_does_not_fit_into_the_time_left_is_passed_over() {
-    let mut coordinator = started_until(&lasting(&[50.0, 8.0, 2.0, 30.0]), 1, 20);
+    let mut coordinator = started_until(lasting(&[50.0, 8.0, 2.0, 30.0]), 1, 20);
     let second = Duration::from_secs;
     coordinator.step(requests(1, &[]), second(1));
     let actions = coordinator.step(Input::Settled, second(1));
@@ -79,7 +79,7 @@ fn what_does_not_fit_into_the_time_left_is_passed_over() {
 
 #[test]
 fn times_that_jobs_took_correct_what_fits() {
-    let mut coordinator = started_until(&lasting(&[1.0; 3]), 1, 20);
+    let mut coordinator = started_until(lasting(&[1.0; 3]), 1, 20);
     let second = Duration::from_secs;
     coordinator.step(requests(1, &[]), Duration::ZERO);
     coordinator.step(Input::Settled, Duration::ZERO);
@@ -92,7 +92,7 @@ fn times_that_jobs_took_correct_what_fits() {
 #[test]
 fn with_no_time_at_all_the_shortest_job_is_begun_and_no_other() {
     let second = Duration::from_secs;
-    let mut coordinator = started_until(&lasting(&[50.0, 8.0, 30.0]), 2, 0);
+    let mut coordinator = started_until(lasting(&[50.0, 8.0, 30.0]), 2, 0);
     assert_ne!(coordinator.alarm(), Some(Duration::ZERO), "or it would spin");
     for worker in [1, 2] {
         coordinator.step(requests(worker, &[]), second(3));
@@ -114,7 +114,7 @@ fn with_no_time_at_all_the_shortest_job_is_begun_and_no_other() {
 #[test]
 fn a_run_that_owes_no_job_and_has_no_time_starts_nothing() {
     let options = Options { until: Some(Duration::ZERO), begins_one: false, ..options(2) };
-    let mut coordinator = Coordinator::new(&lasting(&[1.0; 3]), &options);
+    let mut coordinator = Coordinator::new(lasting(&[1.0; 3]), &options);
     coordinator.step(Input::Begin, Duration::ZERO);
     let actions = coordinator.step(Input::Settled, Duration::ZERO);
     assert_eq!(told(&actions), [false]);
@@ -124,7 +124,7 @@ fn a_run_that_owes_no_job_and_has_no_time_starts_nothing() {
 
 #[test]
 fn the_end_of_time_comes_nearer_while_the_process_stands_still() {
-    let mut coordinator = started_until(&lasting(&[1.0; 3]), 1, 100);
+    let mut coordinator = started_until(lasting(&[1.0; 3]), 1, 100);
     let second = Duration::from_secs;
     coordinator.step(requests(1, &[]), second(1));
     coordinator.step(Input::Settled, second(1));
@@ -138,7 +138,7 @@ fn the_end_of_time_comes_nearer_while_the_process_stands_still() {
 #[test]
 fn a_request_for_an_end_leaves_some_time_and_a_second_leaves_none() {
     for twice in [false, true] {
-        let mut coordinator = started(&alike(5, 1.0, 1), 1);
+        let mut coordinator = started(alike(5, 1.0, 1), 1);
         let second = Duration::from_secs;
         coordinator.step(requests(1, &[]), second(1));
         coordinator.step(Input::Settled, second(1));
@@ -158,7 +158,7 @@ fn a_request_for_an_end_leaves_some_time_and_a_second_leaves_none() {
 
 #[test]
 fn a_run_that_is_done_in_time_ends_like_any_other() {
-    let mut coordinator = started_until(&lasting(&[1.0; 1]), 1, 100);
+    let mut coordinator = started_until(lasting(&[1.0; 1]), 1, 100);
     let second = Duration::from_secs;
     coordinator.step(requests(1, &[]), second(1));
     coordinator.step(Input::Settled, second(1));
