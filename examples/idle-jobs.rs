@@ -272,6 +272,7 @@ fn main() -> Result<(), Fault> {
         }
         ["run", store, workers, log, ref groups @ ..] if !groups.is_empty() => {
             runner::prepare_process()?;
+            runner::keep_little();
             let groups: Result<Vec<_>, _> = groups.iter().map(|text| text.parse()).collect();
             run_jobs(&PathBuf::from(store), workers.parse()?, log, &groups?)
         }

@@ -218,9 +218,7 @@ fn compute(
     state.tally.computing = left.count();
     if let Some(exporter) = run.exporter {
         requested.extend(jobs.keys());
-        let computed: HashSet<JobKey> = left.keys().collect();
-        let mut cached = requested.clone();
-        cached.retain(|key| !computed.contains(key));
+        let mut cached: Vec<JobKey> = left.others().collect();
         cached.sort_unstable();
         exporter.expect(run.store.store, jobs.len(), &cached);
     }

@@ -124,6 +124,7 @@ fn prepare(command: &Command) -> Result<()> {
         Command::Solve(_) => Ok(runner::prepare_process()?),
         _ => {
             runner::prepare_process()?;
+            runner::keep_little();
             threads::limit()
         }
     }

@@ -319,6 +319,17 @@ impl JobsLeft<'_> {
         self.list.iter().filter_map(|job| self.jobs.key(job.job as usize))
     }
 
+    /// Returns the keys of the jobs of the run that are not left.
+    pub(crate) fn others(&self) -> impl Iterator<Item = JobKey> + '_ {
+        // They are listed in their order.
+        let is_left = |job: &usize| {
+            let is_it = |left: &JobToDo| (left.job as usize).cmp(job);
+            self.list.binary_search_by(is_it).is_ok()
+        };
+        let others = (0..self.jobs.len()).filter(move |job| !is_left(job));
+        others.filter_map(|job| self.jobs.key(job))
+    }
+
     /// Returns the predicted times of the jobs \[s\].
     pub(crate) fn costs(&self) -> impl Iterator<Item = f64> + '_ {
         self.list.iter().map(|job| f64::from(job.seconds))

@@ -9,7 +9,7 @@ use answers::{RecordMap, Records, RecordsError, effects};
 use anyhow::{Context, Result, anyhow, bail};
 use contact::model::Fields;
 use contact::punch::Surfaces;
-use identity::JobKey;
+use identity::{JobKey, KeptFields};
 use rayon::prelude::*;
 use store::{Blobs, Digest, OpenError, ReadError, RecordOrigin, Store, StoreReader, StudyLabels};
 use study::account::ACCOUNT_LIMIT;
@@ -70,9 +70,9 @@ impl<'a> WrittenStore<'a> {
         keys.par_iter().map(state).collect()
     }
 
-    /// Returns true if a record can be decoded and its fields are there. They are read whole, but
-    /// only once (measured: 50 ms for 60 grids of 96 × 96 that took 3 s to compute, 100 ms for 2000
-    /// of 16 × 16 that took 2.3 s).
+    /// Returns true if a record can be decoded and its fields are there. A file of them is read
+    /// whole, but only once (measured: 50 ms for 60 grids of 96 × 96 that took 3 s to compute, 100
+    /// ms for 2000 of 16 × 16 that took 2.3 s).
     ///
     /// # Errors
     /// The system did not let the file of fields be read.
@@ -80,21 +80,19 @@ impl<'a> WrittenStore<'a> {
         if self.sound().contains(key) {
             return Ok(true);
         }
-        let is_whole = match Record::decode(bytes) {
-            Ok(record) => {
-                record.key() == *key
-                    && match record.fields.map(|kept| self.store.blobs().is_kept(&kept)) {
-                        None => true,
-                        Some(Ok(is_kept)) => is_kept,
-                        Some(Err(error @ ReadError::Io { .. })) => return Err(error),
-                        Some(Err(_)) => false,
-                    }
-            }
+        let record = match Record::decode(bytes) {
+            Ok(record) => record,
             // It is whole for the version of the program that wrote it.
-            Err(DecodeError::Version { .. }) => true,
-            Err(_) => false,
+            Err(error) => return Ok(matches!(error, DecodeError::Version { .. })),
         };
-        if is_whole {
+        let is_kept = match record.fields.as_ref().map(|kept| self.store.blobs().is_kept(kept)) {
+            None => true,
+            Some(Ok(is_kept)) => is_kept,
+            Some(Err(error @ ReadError::Io { .. })) => return Err(error),
+            Some(Err(_)) => false,
+        };
+        let is_whole = record.key() == *key && is_kept;
+        if is_whole && matches!(record.fields, Some(KeptFields::Blob(_))) {
             self.sound().insert(*key);
         }
         Ok(is_whole)

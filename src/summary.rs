@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use answers::shards::Shard;
 use answers::{Results, Warning};
 use anyhow::{Context, Result};
-use report::DataTable;
 use serde::Serialize;
 use store::Digest;
 use study::Study;
@@ -101,13 +100,10 @@ pub(crate) fn gathered(
     jobs: usize,
     is_part: bool,
 ) -> Result<SummaryFacts> {
-    let table = results.usual_table()?;
-    let first = table.rows().iter().take(SUMMARY_ROWS).cloned().collect();
-    let first = DataTable::new(table.columns().to_vec(), first)?;
-    // Of very many points the table has the first.
-    let all = results.progress().points.max(table.rows().len());
-    let mut facts = SummaryFacts::of(results, jobs, first, all.saturating_sub(SUMMARY_ROWS))?;
-    drop(table);
+    let first = results.usual_table(SUMMARY_ROWS)?;
+    let all = results.progress().points.max(results.points().len());
+    let more = all.saturating_sub(SUMMARY_ROWS);
+    let mut facts = SummaryFacts::of(results, jobs, first, more)?;
     facts.answers = results.answers()?.to_vec();
     if !is_part && facts.progress().done > 0 {
         facts.figures = draw_figures(results, directory)?;

@@ -107,8 +107,8 @@ struct HeldJobs {
     since: f64,
 }
 
-/// The estimate of the time that a run still takes. Of the jobs that wait it knows sums alone, since
-/// there may be a million.
+/// The estimate of the time that a run still takes. Of the jobs that wait it knows sums alone,
+/// since there may be a million.
 #[derive(Debug)]
 pub(crate) struct TimeLeft {
     waiting: JobsBySize,
@@ -172,8 +172,9 @@ impl TimeLeft {
                 self.end(key, now);
             }
             EventKind::Postponed { key, predicted, .. } => {
-                if self.end(key, now).is_none() {
-                    self.waiting.remove(sane(*predicted)); // It was never handed out.
+                let is_handed_out = self.end(key, now).is_some();
+                if !is_handed_out {
+                    self.waiting.remove(sane(*predicted));
                 }
             }
             EventKind::Retried { key, .. } | EventKind::Returned { key, .. } => {
@@ -205,7 +206,8 @@ impl TimeLeft {
         self.holders.insert(key, worker);
     }
 
-    /// Takes a job from its worker, and returns its predicted time \[s\]; `None` if nobody holds it.
+    /// Takes a job from its worker, and returns its predicted time \[s\]; `None` if nobody holds
+    /// it.
     fn take_back(&mut self, key: &JobKey, now: f64) -> Option<f64> {
         let worker = self.holders.remove(key)?;
         let held = self.held.get_mut(&worker)?;

@@ -56,7 +56,7 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
             text.clear();
             is_begun = true;
         } else {
-            text += &results.usual_table()?.terminal(&layout());
+            text += &results.usual_table(usize::MAX)?.terminal(&layout());
         }
     } else {
         text += &answers_words(answers);

@@ -14,7 +14,7 @@ use crate::tabled::{ROWS_OF_A_BLOCK, RowKeeper};
 
 /// The number of points whose results are read at a time where they are read in blocks: those of
 /// 4096 take some 20 MiB.
-pub(crate) const POINTS_AT_ONCE: usize = 4096;
+pub(crate) const POINTS_AT_ONCE: usize = 1024;
 
 /// Some points of a study with their records.
 pub(crate) struct ResultBlock<'b> {

@@ -375,6 +375,15 @@ impl<'r> Results<'r> {
     /// # Errors
     /// The fields of a record that is compared cannot be read.
     pub fn table<S: AsRef<str>>(&self, mentions: &[S]) -> Result<DataTable, AnswerError> {
+        self.first_rows(mentions, usize::MAX)
+    }
+
+    /// Returns the first `most` rows of the [table](Results::table).
+    fn first_rows<S: AsRef<str>>(
+        &self,
+        mentions: &[S],
+        most: usize,
+    ) -> Result<DataTable, AnswerError> {
         let columns = self.study.columns();
         let is_mentioned =
             |name: &str| mentions.iter().any(|mention| mention.as_ref().contains(name));
@@ -390,9 +399,9 @@ impl<'r> Results<'r> {
                 })
             };
             let meant = columns.iter().filter(is_meant).cloned().collect();
-            return survey.table(&self.study, self.source, meant);
+            return survey.table(&self.study, self.source, meant, most);
         }
-        let rows = self.points().iter().enumerate().map(|(index, point)| {
+        let rows = self.points().iter().take(most).enumerate().map(|(index, point)| {
             let compared = compared.get(index).and_then(Option::as_ref);
             row(&columns, &self.input(point, compared))
         });
@@ -433,13 +442,13 @@ impl<'r> Results<'r> {
         keeper.end(accounts, notes.as_ref());
     }
 
-    /// Returns the usual columns of every point.
+    /// Returns the usual columns of the first `most` points.
     ///
     /// # Errors
     /// The fields of a record that is compared cannot be read.
-    pub fn usual_table(&self) -> Result<DataTable, AnswerError> {
+    pub fn usual_table(&self, most: usize) -> Result<DataTable, AnswerError> {
         let names = self.usual_columns(false)?;
-        Ok(self.table(&names)?.select(&names)?)
+        Ok(self.first_rows(&names, most)?.select(&names)?)
     }
 
     /// Returns the figures that answer the study's question: those of its file, else the first of
@@ -452,8 +461,12 @@ impl<'r> Results<'r> {
         if let Some(figures) = self.figures.get() {
             return Ok(figures);
         }
-        if matches!(self.held, HeldResults::Survey(_)) && !self.study.is_listed() {
-            return Ok(&[]);
+        if let HeldResults::Survey(survey) = &self.held {
+            match &survey.figures {
+                _ if !self.study.is_listed() => return Ok(&[]),
+                Some(figures) => return Ok(figures),
+                None => {}
+            }
         }
         let figures = answering_figures(&self.study, |suggestions| self.varying(suggestions))?;
         Ok(self.figures.get_or_init(|| figures))
@@ -536,7 +549,7 @@ impl<'r> Results<'r> {
                 columns.retain(|column| {
                     column.name == "status" || expression.contains(column.name.as_ref())
                 });
-                survey.table(&self.study, self.source, columns)?
+                survey.table(&self.study, self.source, columns, usize::MAX)?
             }
         };
         let table = table.filter_possible(expression)?;

@@ -99,13 +99,18 @@ impl<'s> Surveyor<'s> {
         self.ranges.iter_mut().try_for_each(|ranges| ranges.add(&certified))
     }
 
+    /// Returns the figures that answer the study's question.
+    fn figures(&self) -> Result<Vec<Figure>, AnswerError> {
+        answering_figures(self.study, |_| Ok(first_varying(&self.ranges, self.noise)))
+    }
+
     /// Returns what was noted.
     pub(crate) fn notes(self) -> Result<SurveyNotes, AnswerError> {
         let mut warnings = self.elements.warnings();
         warnings.extend(self.interiors.warning());
         warnings.extend(self.estimates.warnings());
+        let figures = self.figures()?;
         let (study, noise) = (self.study, self.noise);
-        let figures = answering_figures(study, |_| Ok(first_varying(&self.ranges, noise)))?;
         let requests = &self.requests[..];
         let usual = |path| usual_names(study, &figures, path, requests);
         Ok(SurveyNotes {
@@ -192,6 +197,8 @@ pub(crate) fn usual_names(
 /// The knowledge of the results of a study of which none is in memory.
 pub(crate) struct Survey<'r> {
     pub(crate) notes: SurveyNotes,
+    /// The figures that answer the study's question; `None` if only its rows tell.
+    pub(crate) figures: Option<Vec<Figure>>,
     /// The jobs that have failed; `None` if only the records tell.
     failures: Option<Failures>,
     /// The accounts of the runs, unless the table has them.
@@ -239,13 +246,14 @@ impl<'r> Survey<'r> {
             surveyor.add(&block).map(|()| true)
         })?;
         let rows = SurveyedRows::Shown(DataTable::new(heads(&columns), rows)?);
-        Ok(Survey { notes: surveyor.notes()?, failures: Some(failures), accounts, rows })
+        let (figures, failures) = (Some(surveyor.figures()?), Some(failures));
+        Ok(Survey { notes: surveyor.notes()?, figures, failures, accounts, rows })
     }
 
     /// Takes a table of a study for its results, with what was noted of them.
     pub(crate) fn of_table(notes: SurveyNotes, table: &'r dyn TabledRows) -> Self {
-        let accounts = Accounts::default();
-        Survey { notes, failures: None, accounts, rows: SurveyedRows::Tabled(table) }
+        let (accounts, rows) = (Accounts::default(), SurveyedRows::Tabled(table));
+        Survey { notes, figures: None, failures: None, accounts, rows }
     }
 
     /// Returns the jobs that have ended without a solution.
@@ -281,25 +289,26 @@ impl<'r> Survey<'r> {
         }
     }
 
-    /// Returns the rows of a study with some columns: those that were kept, else they are read
-    /// again. Of a study that makes no figure there may be the first rows alone.
+    /// Returns the first `most` rows of a study with some columns: those that were kept, else they
+    /// are read again. Of a study that makes no figure there may be still fewer.
     pub(crate) fn table(
         &self,
         study: &Study,
         source: &dyn Records,
         columns: Vec<Column>,
+        most: usize,
     ) -> Result<DataTable, AnswerError> {
         match &self.rows {
             SurveyedRows::Shown(table) => {
                 let names: Vec<&str> = columns.iter().map(|column| column.name.as_ref()).collect();
                 if names.iter().all(|name| table.column(name).is_ok()) {
-                    return Ok(table.select(&names)?);
+                    return Ok(table.first_rows(most).select(&names)?);
                 }
             }
             SurveyedRows::Tabled(table) => {
-                let all: Vec<usize> = (0..table.row_count()).collect();
+                let first: Vec<usize> = (0..table.row_count().min(most)).collect();
                 // What is damaged is read of the records.
-                if let Ok(rows) = rows_of_table(*table, &columns, &all) {
+                if let Ok(rows) = rows_of_table(*table, &columns, &first) {
                     return Ok(rows);
                 }
             }
@@ -307,8 +316,9 @@ impl<'r> Survey<'r> {
         let mut rows = Vec::new();
         visit(study, source, POINTS_AT_ONCE, &mut |block| {
             rows.extend(block.rows(&columns));
-            Ok::<bool, AnswerError>(true)
+            Ok::<bool, AnswerError>(rows.len() < most)
         })?;
+        rows.truncate(most);
         Ok(DataTable::new(heads(&columns), rows)?)
     }
 }

@@ -38,6 +38,9 @@ const PRIVATE_MEMORY: u64 = 96 << 20;
 const WORKER_ADDRESS_SPACE: u64 = 256 << 20;
 /// The private memory that a worker needs beside its job \[bytes\] (measured: 24 MiB).
 const WORKER_PRIVATE_MEMORY: u64 = 64 << 20;
+/// The size from which on a block of memory goes back to the system when it is freed \[bytes\].
+#[cfg(target_env = "gnu")]
+const LARGE: i32 = 4 << 20;
 /// The stack that the first thread needs \[bytes\].
 const STACK: u64 = 1 << 20;
 
@@ -122,12 +125,31 @@ fn enough_address_space() -> Result<(), LimitError> {
 
 /// Makes threads share two arenas, where each would reserve 64 MiB of address space for one of its
 /// own. That costs time only where many threads allocate at once.
-#[allow(unsafe_code)]
 fn reserve_little() {
     #[cfg(target_env = "gnu")]
-    // SAFETY: mallopt may be called at any time, and this parameter takes any positive number.
+    set_allocator(nix::libc::M_ARENA_MAX, 2);
+}
+
+/// Lets the process keep little of the memory that it has freed, for one that lives longer than
+/// what it has in memory. There are no more arenas than cores, so that threads share what others
+/// have freed, and what is large goes back to the system. By itself the limit of what is large
+/// rises to 32 MiB with the blocks that are freed: a run of 400 000 small jobs ended with 92 MiB of
+/// memory of its own in place of 129.
+pub fn keep_little() {
+    #[cfg(target_env = "gnu")]
+    {
+        let arenas = if memory_within_limits().is_some() { 2 } else { cores().max(2) };
+        set_allocator(nix::libc::M_ARENA_MAX, i32::try_from(arenas).unwrap_or(i32::MAX));
+        set_allocator(nix::libc::M_MMAP_THRESHOLD, LARGE);
+    }
+}
+
+#[cfg(target_env = "gnu")]
+#[allow(unsafe_code)]
+fn set_allocator(parameter: i32, value: i32) {
+    // SAFETY: mallopt may be called at any time, and refuses a value that a parameter cannot have.
     unsafe {
-        nix::libc::mallopt(nix::libc::M_ARENA_MAX, 2);
+        nix::libc::mallopt(parameter, value);
     }
 }
 

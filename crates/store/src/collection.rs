@@ -19,10 +19,8 @@ use crate::database::{self, Database, Fault, RECORDS, own_files};
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
+use crate::grouped::GroupWriter;
 use crate::store::Store;
-
-/// The size of the records that are copied together \[bytes\].
-const GROUP_BYTES: usize = 8 << 20;
 
 /// The parts of a store that are to be removed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -210,25 +208,16 @@ fn write_without(
     }
     durable::create_directory(&beside).map_err(io("create"))?;
     let to = Database::open(&beside).map_err(failed)?;
-    let mut group: Vec<(JobKey, Vec<u8>)> = Vec::new();
-    let mut grouped = 0;
-    let keys = core.records.keys();
-    for (number, key) in keys.iter().enumerate() {
+    let mut writer = GroupWriter::new(&to);
+    for key in core.records.keys() {
         // Damaged records are copied as they are, and stay known to be damaged.
-        if !garbage.contains(key)
-            && let Some(sealed) = from.get(key).map_err(ReadError::from)?
+        if !garbage.contains(&key)
+            && let Some(sealed) = from.get(&key).map_err(ReadError::from)?
         {
-            grouped += sealed.len();
-            group.push((*key, sealed));
-        }
-        if grouped >= GROUP_BYTES || number + 1 == keys.len() {
-            to.insert(group.iter().map(|(key, sealed)| (key, sealed.clone()))).map_err(failed)?;
-            group.clear();
-            grouped = 0;
+            writer.push(key, sealed).map_err(failed)?;
         }
     }
-    to.sync().map_err(failed)?;
-    to.sync_files().map_err(io("make durable"))?;
+    writer.finish().map_err(failed)?;
     drop(to);
     // The promise is lowered before the records are gone. What is still there on closing counts.
     let left = core.records.reindex(|index| index.retain(|key| !garbage.contains(key)));

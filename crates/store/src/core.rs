@@ -201,7 +201,7 @@ impl Core {
         }
         self.writable(records.iter().map(|(_, record)| record.as_ref().len() as u64).sum())?;
         self.records.database.insert(
-            records.iter().map(|(key, record)| (key, record::seal(key, record.as_ref()))),
+            records.iter().map(|(key, record)| (*key, record::seal(key, record.as_ref()))),
         )?;
         self.records.database.sync()?;
         let found = self.records.reindex(|index| index.extend(records.iter().map(|(key, _)| *key)));

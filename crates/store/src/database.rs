@@ -20,7 +20,7 @@ use crate::durable;
 
 /// The size of sled's cache \[bytes\]. Records are small and read once, and sled's default of 1 GiB
 /// would be the largest part of a coordinator.
-const CACHE_BYTES: u64 = 32 << 20;
+const CACHE_BYTES: u64 = 8 << 20;
 
 /// The longest time for which an opening waits until sled has released its own lock, which a
 /// background thread does some time after closing.
@@ -256,6 +256,22 @@ fn put_away(sled: &sled::Db, key: &[u8], times: usize) -> sled::Result<()> {
     (0..times).try_for_each(|_| sled.contains_key(key).map(drop))
 }
 
+/// Visits entries until the visitor returns false.
+fn visit_each(
+    sled: &sled::Db,
+    entries: impl Iterator<Item = sled::Result<(sled::IVec, sled::IVec)>>,
+    mut entry: impl FnMut(&[u8], &[u8]) -> bool,
+) -> sled::Result<()> {
+    for item in entries {
+        let (key, value) = item?;
+        if !entry(&key, &value) {
+            break;
+        }
+        put_away(sled, &key, 1)?;
+    }
+    Ok(())
+}
+
 pub(crate) struct Database {
     /// The handle of sled, which is `None` only during the drop.
     sled: Option<sled::Db>,
@@ -324,44 +340,24 @@ impl Database {
 
     /// Visits every entry in the order of the keys and stops at the first fault.
     pub(crate) fn visit(&self, mut entry: impl FnMut(&[u8], &[u8])) -> Result<(), Fault> {
-        self.fenced(|sled| {
-            for item in sled.iter() {
-                let (key, value) = item?;
-                entry(&key, &value);
-                put_away(sled, &key, 1)?;
-            }
-            Ok(())
+        self.visit_while(|key, value| {
+            entry(key, value);
+            true
         })
     }
 
-    /// Visits the entries from a key on, or all, in the order of the keys until the visitor returns
-    /// false, and returns the key of the next one that there is.
-    pub(crate) fn visit_from(
+    /// Visits the entries in the order of the keys until the visitor returns false, or up to the
+    /// first fault.
+    pub(crate) fn visit_while(&self, entry: impl FnMut(&[u8], &[u8]) -> bool) -> Result<(), Fault> {
+        self.fenced(|sled| visit_each(sled, sled.iter(), entry))
+    }
+
+    /// Visits the entries from the last key to the first like [`visit_while`](Self::visit_while).
+    pub(crate) fn visit_backwards(
         &self,
-        first: Option<&[u8]>,
-        mut entry: impl FnMut(&[u8], &[u8]) -> bool,
-    ) -> Result<Option<Vec<u8>>, Fault> {
-        self.fenced(|sled| {
-            let mut entries = sled.range(first.unwrap_or_default()..);
-            while let Some(item) = entries.next() {
-                let (key, value) = item?;
-                if !entry(&key, &value) {
-                    return Ok(entries.next().transpose()?.map(|(key, _)| key.to_vec()));
-                }
-            }
-            Ok(None)
-        })
-    }
-
-    /// Visits every entry from the last key to the first and stops at the first fault.
-    pub(crate) fn visit_backwards(&self, mut entry: impl FnMut(&[u8], &[u8])) -> Result<(), Fault> {
-        self.fenced(|sled| {
-            for item in sled.iter().rev() {
-                let (key, value) = item?;
-                entry(&key, &value);
-            }
-            Ok(())
-        })
+        entry: impl FnMut(&[u8], &[u8]) -> bool,
+    ) -> Result<(), Fault> {
+        self.fenced(|sled| visit_each(sled, sled.iter().rev(), entry))
     }
 
     pub(crate) fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, Fault> {
@@ -372,9 +368,9 @@ impl Database {
         })
     }
 
-    pub(crate) fn insert<'a>(
+    pub(crate) fn insert(
         &self,
-        entries: impl Iterator<Item = (&'a JobKey, Vec<u8>)>,
+        entries: impl Iterator<Item = (JobKey, Vec<u8>)>,
     ) -> Result<(), Fault> {
         self.writing(self.fenced(|sled| {
             for (key, value) in entries {

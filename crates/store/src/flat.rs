@@ -1,10 +1,5 @@
 //! This file copies the records of a database into a file from which they are read with little
 //! memory.
-//!
-//! sled keeps every page until 64 pages of each of 256 shards were used, whatever the size of its
-//! cache: with records of 2.8 kB that is 230 MiB (measured with 10⁶ of them; open and with nothing
-//! read it takes 48 MiB, 45 bytes for each record). So it is closed and opened again in between,
-//! and it is closed for good when the last record was copied.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -18,11 +13,6 @@ use crate::error::{Answer, ReadError};
 use crate::paged::{PagedRows, RowPager};
 use crate::record;
 use crate::sorted::KEY;
-
-/// The size of the records that are read of the database before it is opened anew \[bytes\].
-/// Opening takes 0.1 s with 10⁶ records, whose export takes 130 MiB so, and 169 MiB with twice the
-/// size.
-const AT_ONCE: usize = 32 << 20;
 
 /// The length of a row: the key of a job, and the place and the length of its record.
 const ROW: usize = KEY + 12;
@@ -40,36 +30,26 @@ impl FlatRecords {
     /// Copies the records of the database in `directory`, which is written to, into a file without
     /// a name in `scratch`.
     pub(crate) fn of(directory: &Path, scratch: &Path) -> Result<Self, Fault> {
-        let mut database = open(directory)?;
+        let database = open(directory)?;
         let mut sealed = BufWriter::new(tempfile::tempfile_in(scratch).map_err(Fault::Io)?);
         let (mut pager, mut end, mut count) = (RowPager::new(scratch), 0, 0);
-        let mut next: Option<Vec<u8>> = None;
-        loop {
-            let mut outcome: Result<(), Fault> = Ok(());
-            let mut bytes = 0;
-            let copied = database.visit_from(next.as_deref(), |key, value| {
-                outcome = row(key, end, value).and_then(|row| {
-                    pager.push(row).map_err(Fault::Io)?;
-                    sealed.write_all(value).map_err(Fault::Io)
-                });
-                end += value.len() as u64;
-                bytes += value.len();
-                count += 1;
-                outcome.is_ok() && bytes < AT_ONCE
+        let mut outcome: Result<(), Fault> = Ok(());
+        let copied = database.visit_while(|key, value| {
+            outcome = row(key, end, value).and_then(|row| {
+                pager.push(row).map_err(Fault::Io)?;
+                sealed.write_all(value).map_err(Fault::Io)
             });
-            outcome?;
-            next = copied.map_err(|fault| match fault.is_damage() {
-                true => Fault::Damaged(format!(
-                    "the database of records cannot be read: {fault} ({count} records were found)"
-                )),
-                false => fault,
-            })?;
-            if next.is_none() {
-                break;
-            }
-            drop(database);
-            database = open(directory)?;
-        }
+            end += value.len() as u64;
+            count += 1;
+            outcome.is_ok()
+        });
+        outcome?;
+        copied.map_err(|fault| match fault.is_damage() {
+            true => Fault::Damaged(format!(
+                "the database of records cannot be read: {fault} ({count} records were found)"
+            )),
+            false => fault,
+        })?;
         drop(database);
         let sealed = sealed.into_inner().map_err(|error| Fault::Io(error.into_error()))?;
         let rows = pager.finished().map_err(Fault::Io)?;

@@ -1,5 +1,6 @@
 //! This file saves what can be read of a damaged store.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -13,6 +14,7 @@ use crate::database::{Database, Fault, LARGE, RECORDS};
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
+use crate::grouped::GroupWriter;
 use crate::manifest::{FILE, Manifest, Unreadable};
 use crate::record;
 
@@ -66,30 +68,33 @@ pub(crate) fn salvage(
 
     // sled enlarges and rewrites its files when it opens them.
     WriteError::require_space(directory, 0)?;
-    // Something else than a directory is in its place, and holds no records.
-    let mut sound = if records.is_dir() {
-        readable(&records).map_err(io("read", &records))?
-    } else {
-        BTreeMap::new()
-    };
     let blobs = Blobs::of(directory);
     let damaged_blobs = put_damaged_aside(&blobs)?;
-    let found = sound.len();
-    sound.retain(|key, sealed| {
-        let payload = record::unseal(key, sealed).unwrap_or_default();
-        references(key, payload).iter().all(|digest| blobs.contains(digest))
-    });
-    let incomplete = found - sound.len();
-    WriteError::require_space(directory, sound.values().map(|sealed| sealed.len() as u64).sum())?;
     let failed = |fault| match fault {
         Fault::Io(source) => io("write the database", &salvaged)(source),
         Fault::Damaged(what) => OpenError::Damaged { directory: directory.to_owned(), what },
     };
     durable::create_directory(&salvaged).map_err(io("create", &salvaged))?;
     let database = Database::open(&salvaged).map_err(failed)?;
-    database.insert(sound.iter().map(|(key, sealed)| (key, sealed.clone()))).map_err(failed)?;
-    database.sync().map_err(failed)?;
-    database.sync_files().map_err(io("make durable", &salvaged))?;
+    let mut writer = GroupWriter::new(&database);
+    let mut incomplete = 0;
+    // Something else than a directory is in its place, and holds no records.
+    let damaged_records = match records.is_dir() {
+        true => reopened(&records).map_err(io("read", &records))?,
+        false => None,
+    };
+    if let Some(damaged_records) = damaged_records {
+        let keep = |key: JobKey, sealed: &[u8], payload: &[u8]| {
+            if !references(&key, payload).iter().all(|digest| blobs.contains(digest)) {
+                incomplete += 1;
+            } else if writer.push(key, sealed.to_vec()).map_err(failed)? {
+                WriteError::require_space(directory, 0)?;
+            }
+            Ok(())
+        };
+        visit_sound(&damaged_records, keep, |source| io("read", &records)(source))?;
+    }
+    let found = writer.finish().map_err(failed)?;
     drop(database);
 
     let (mut kept, mut lost) = (BTreeMap::new(), Vec::new());
@@ -100,7 +105,7 @@ pub(crate) fn salvage(
             lost.push(name);
         }
     }
-    let manifest = Manifest::new(sound.len() as u64, kept, labels);
+    let manifest = Manifest::new(found as u64, kept, labels);
     manifest.write(directory).map_err(io("write", &directory.join(FILE)))?;
     let damaged = if durable::is_present(&records) {
         durable::put_aside(&records).map_err(io("put aside", &records))?
@@ -110,7 +115,7 @@ pub(crate) fn salvage(
     fs::rename(&salvaged, &records).map_err(io("put into place", &salvaged))?;
     durable::sync_directory(directory).map_err(io("make durable", directory))?;
     Ok(Salvage {
-        kept: sound.len(),
+        kept: found,
         promised,
         incomplete,
         damaged_blobs,
@@ -120,14 +125,12 @@ pub(crate) fn salvage(
     })
 }
 
-/// Reads the sealed records that open. It reads from both ends, so one unreadable page hides only
-/// itself.
+/// Opens a damaged database, if that can be done at all.
 ///
 /// # Errors
 /// The operating system refused for lack of descriptors or of space, which says nothing about the
 /// content of the database.
-fn readable(records: &Path) -> io::Result<BTreeMap<JobKey, Vec<u8>>> {
-    let mut sound = BTreeMap::new();
+fn reopened(records: &Path) -> io::Result<Option<Database>> {
     // What a link leads to is not the store's, and nothing writes there.
     let is_foreign = |name: &str| {
         fs::symlink_metadata(records.join(name))
@@ -136,27 +139,40 @@ fn readable(records: &Path) -> io::Result<BTreeMap<JobKey, Vec<u8>>> {
     if durable::is_real_directory(records) {
         set_aside(records, is_foreign)?;
     }
-    let database = match unless_refused(Database::open(records))? {
-        Some(database) => Some(database),
-        // The log alone is enough: without a snapshot and a configuration, sled derives them anew.
-        None => {
-            set_aside(records, |name| name.starts_with("snap.") || name == "conf")?;
-            unless_refused(Database::open(records))?
-        }
-    };
-    if let Some(database) = database {
-        let mut keep = |key: &[u8], sealed: &[u8]| {
-            if let Ok(key) = key.try_into().map(JobKey)
-                && record::unseal(&key, sealed).is_ok()
-            {
-                sound.insert(key, sealed.to_vec());
-            }
-        };
-        if unless_refused(database.visit(&mut keep))?.is_none() {
-            unless_refused(database.visit_backwards(keep))?;
-        }
+    if let Some(database) = unless_refused(Database::open(records))? {
+        return Ok(Some(database));
     }
-    Ok(sound)
+    // The log alone is enough: without a snapshot and a configuration, sled derives them anew.
+    set_aside(records, |name| name.starts_with("snap.") || name == "conf")?;
+    unless_refused(Database::open(records))
+}
+
+/// Visits the records that open, each once: its key, its sealed bytes and its payload. It reads
+/// from both ends, so one unreadable page hides only itself.
+fn visit_sound(
+    database: &Database,
+    mut keep: impl FnMut(JobKey, &[u8], &[u8]) -> Result<(), OpenError>,
+    refused: impl Fn(io::Error) -> OpenError,
+) -> Result<(), OpenError> {
+    let mut outcome = Ok(());
+    let last: Cell<Option<JobKey>> = Cell::new(None);
+    let mut visit = |key: &[u8], sealed: &[u8]| {
+        let Ok(key) = key.try_into().map(JobKey) else { return true };
+        if let Ok(payload) = record::unseal(&key, sealed) {
+            outcome = keep(key, sealed, payload);
+        }
+        last.set(Some(key));
+        outcome.is_ok()
+    };
+    let forwards = database.visit_while(&mut visit);
+    let seen = last.get();
+    let visited = unless_refused(forwards).map_err(&refused)?;
+    if visited.is_none() {
+        let is_new = |key: &[u8]| seen.is_none_or(|seen| key > &seen.0[..]);
+        let backwards = database.visit_backwards(|key, sealed| is_new(key) && visit(key, sealed));
+        unless_refused(backwards).map_err(refused)?;
+    }
+    outcome
 }
 
 /// Returns the result of a call to the database, or `None` if the database is damaged there.

@@ -1,6 +1,5 @@
 //! This file reads the records of a database and verifies each against its seal.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::{PoisonError, RwLock, RwLockReadGuard};
 
@@ -8,6 +7,7 @@ use identity::JobKey;
 
 use crate::database::{Database, Fault};
 use crate::error::ReadError;
+use crate::key_set::KeySet;
 use crate::record;
 
 /// The records of an open database.
@@ -15,7 +15,7 @@ pub(crate) struct SealedRecords {
     pub(crate) database: Database,
     /// The keys of all records, so that counting them and looking one up cost nothing. A key is
     /// here once its record is durable.
-    index: RwLock<BTreeSet<JobKey>>,
+    index: RwLock<KeySet>,
 }
 
 impl SealedRecords {
@@ -26,12 +26,12 @@ impl SealedRecords {
         Ok(SealedRecords { database, index: RwLock::new(index) })
     }
 
-    pub(crate) fn index(&self) -> RwLockReadGuard<'_, BTreeSet<JobKey>> {
+    pub(crate) fn index(&self) -> RwLockReadGuard<'_, KeySet> {
         self.index.read().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Changes the index and returns the number of keys in it.
-    pub(crate) fn reindex(&self, change: impl FnOnce(&mut BTreeSet<JobKey>)) -> u64 {
+    pub(crate) fn reindex(&self, change: impl FnOnce(&mut KeySet)) -> u64 {
         let mut index = self.index.write().unwrap_or_else(PoisonError::into_inner);
         change(&mut index);
         index.len() as u64
@@ -42,7 +42,7 @@ impl SealedRecords {
     }
 
     pub(crate) fn keys(&self) -> Vec<JobKey> {
-        self.index().iter().copied().collect()
+        self.index().above(None).collect()
     }
 
     pub(crate) fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
@@ -68,7 +68,7 @@ impl SealedRecords {
 }
 
 /// Reads the keys in the database, or returns what is wrong with it.
-fn read_index(database: &Database) -> Result<BTreeSet<JobKey>, String> {
+fn read_index(database: &Database) -> Result<KeySet, String> {
     let mut keys = Vec::new();
     let mut foreign = 0;
     let visited = database.visit(|key, _| match key.try_into() {
@@ -83,7 +83,6 @@ fn read_index(database: &Database) -> Result<BTreeSet<JobKey>, String> {
         Ok(()) if foreign > 0 => {
             Err(format!("the database holds {foreign} entries whose keys are not of 32 bytes"))
         }
-        // Made of all at once, it takes half of the memory that keys added one by one take.
-        Ok(()) => Ok(keys.into_iter().collect()),
+        Ok(()) => Ok(KeySet::new(keys)),
     }
 }

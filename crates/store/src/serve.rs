@@ -2,7 +2,6 @@
 
 use std::io;
 use std::net::Shutdown;
-use std::ops::Bound;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -132,11 +131,9 @@ fn answer(stream: UnixStream, core: &Core) {
     while let Ok(request) = receive::<ReadRequest>(&stream) {
         let response = match request {
             ReadRequest::Keys(after) => {
-                let after = after.map_or(Bound::Unbounded, |key| Bound::Excluded(JobKey(key)));
+                let after = after.map(JobKey);
                 let index = core.records.index();
-                let keys = index
-                    .range((after, Bound::Unbounded))
-                    .take(RESPONSE_LIMIT / size_of::<JobKey>());
+                let keys = index.above(after.as_ref()).take(RESPONSE_LIMIT / size_of::<JobKey>());
                 ReadResponse::Keys(keys.map(|key| key.0).collect())
             }
             ReadRequest::Contains(keys) => ReadResponse::Contains(

@@ -57,7 +57,7 @@ fn results_of_a_table_are_those_in_memory() {
     assert_eq!(other.0.take().notes.as_ref(), Some(&notes));
     let no_records = Shelf::default();
     let of_table = Results::of_table(study.clone(), notes.clone(), &table, &no_records);
-    assert_eq!(of_table.usual_table().unwrap(), whole.usual_table().unwrap());
+    assert_eq!(of_table.usual_table(usize::MAX).unwrap(), whole.usual_table(usize::MAX).unwrap());
     assert_alike(&Results::of_table(study.clone(), notes.clone(), &table, &shelf), &whole);
     assert!(!table.read.take().is_empty());
     table.is_damaged = true;
@@ -76,7 +76,7 @@ fn assert_alike(blocks: &Results<'_>, whole: &Results<'_>) {
     assert_eq!(blocks.figures().unwrap(), whole.figures().unwrap());
     assert_eq!(blocks.usual_columns(false).unwrap(), whole.usual_columns(false).unwrap());
     assert_eq!(blocks.usual_columns(true).unwrap(), whole.usual_columns(true).unwrap());
-    assert_eq!(blocks.usual_table().unwrap(), whole.usual_table().unwrap());
+    assert_eq!(blocks.usual_table(usize::MAX).unwrap(), whole.usual_table(usize::MAX).unwrap());
     assert_eq!(blocks.increments().unwrap(), whole.increments().unwrap());
     let drawn = Figure::new("mu".to_owned(), vec!["load".to_owned(), "dissipation".to_owned()]);
     for figure in whole.figures().unwrap().iter().chain([&drawn]) {

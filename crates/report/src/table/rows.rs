@@ -1,5 +1,6 @@
 //! A table of named columns and rows.
 
+use std::borrow::Cow;
 use std::cmp::Ordering;
 
 use condition::UnknownColumn;
@@ -158,6 +159,16 @@ impl DataTable {
         debug_assert_eq!(self.columns, other.columns, "tables of different columns");
         self.rows.extend(other.rows);
         self
+    }
+
+    /// Returns the table with at most so many of its rows, the first ones.
+    pub fn first_rows(&self, most: usize) -> Cow<'_, DataTable> {
+        match self.rows.get(..most) {
+            Some(rows) => {
+                Cow::Owned(DataTable { columns: self.columns.clone(), rows: rows.to_vec() })
+            }
+            None => Cow::Borrowed(self),
+        }
     }
 
     /// Returns the columns without any row.
