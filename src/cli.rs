@@ -165,7 +165,7 @@ pub(crate) enum Command {
     /// Solve the job on standard input several times, on one thread (started by `effects`)
     #[command(hide = true)]
     Measured {
-        /// How often
+        /// Number of times
         repeat: u32,
     },
     /// Run jobs for a coordinator (started by it)
@@ -174,7 +174,7 @@ pub(crate) enum Command {
         /// Threads that one job may use
         #[arg(long, default_value_t = 1)]
         threads: usize,
-        /// What the coordinator tells its worker
+        /// Message of the coordinator to its worker
         argument: String,
     },
 }
@@ -200,7 +200,7 @@ pub(crate) struct PlanArgs {
 pub(crate) struct EffectsArgs {
     /// The study file
     pub(crate) study: PathBuf,
-    /// How often each is solved; the time is the median
+    /// Number of times that each is solved; the time is the median
     #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) repeat: u32,
     /// Print JSON
@@ -232,8 +232,7 @@ pub(crate) struct SolveArgs {
     /// friction_work, state, or wear_depth of a scene that wears
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
-    /// Of a search that finds several solutions, the index of the one whose field to draw [default:
-    /// 0]
+    /// Draw the field of the solution with this index, where a search finds several [default: 0]
     #[arg(long, value_name = "INDEX", requires = "field")]
     pub(crate) solution: Option<usize>,
     /// Write the field to a file: .png .svg .npy .vti .csv, or the fields of all increments: .pvd

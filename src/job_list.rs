@@ -68,8 +68,7 @@ impl JobList {
 
     /// Returns the effects of all jobs.
     pub(crate) fn effects(&self, study: &Study) -> Result<Overview> {
-        let first: Vec<usize> = self.distinct.iter().map(|job| job.point).collect();
-        Ok(overview(study, &self.points, &first)?)
+        Ok(overview(study, &self.points)?)
     }
 }
 

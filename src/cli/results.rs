@@ -36,13 +36,13 @@ pub(crate) struct AnswerArgs {
 /// The formats of a table.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum TableFormat {
-    /// For reading
+    /// A table for reading
     Table,
-    /// RFC 4180, numbers in full precision
+    /// RFC 4180, with numbers in full precision
     Csv,
     /// An array of objects
     Json,
-    /// Parquet, with every column unless --select names some; needs --output
+    /// A Parquet file, with every column unless --select names some; it needs --output
     Parquet,
 }
 
@@ -62,7 +62,7 @@ pub(crate) struct QueryArgs {
     /// Print it in this form
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: TableFormat,
-    /// The same as --format json
+    /// Print JSON, as --format json does
     #[arg(long, conflicts_with = "format")]
     pub(crate) json: bool,
     /// Write it to a file
@@ -71,10 +71,11 @@ pub(crate) struct QueryArgs {
     /// List the columns that can be selected, and their units
     #[arg(long, conflicts_with_all = ["filter", "select", "sort"])]
     pub(crate) columns: bool,
-    /// One row for each increment of the loading paths; columns step, cycle and increment say which
+    /// Print a row for each increment of the loading paths, which the columns step, cycle and
+    /// increment tell apart
     #[arg(long)]
     pub(crate) steps: bool,
-    /// Only the points of one of so many parts of the study, for example 3/16
+    /// Keep the points of one of so many parts of the study, for example 3/16
     #[arg(long, value_name = "I/N")]
     pub(crate) shard: Option<Shard>,
     #[command(flatten)]
@@ -89,16 +90,15 @@ pub(crate) struct ShowArgs {
     /// friction_work, state, or wear_depth of a scene that wears
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
-    /// Of a search that found several solutions, the index of the one whose field to draw [default:
-    /// 0]
+    /// Draw the field of the solution with this index, where a search found several [default: 0]
     #[arg(long, value_name = "INDEX", requires = "field")]
     pub(crate) solution: Option<usize>,
     /// Write the field to a file: .png .svg .npy .vti .csv, or the fields of all increments: .pvd
     /// (their path is solved again). Without --field, .vti .csv .pvd hold every field
     #[arg(long, value_name = "FILE", conflicts_with_all = ["steps", "json"])]
     pub(crate) output: Option<PathBuf>,
-    /// Fields below the surface on a plane, "z=0.1 mm", or on a section, "y=0 mm": von_mises,
-    /// tresca, stress_xx … stress_xz, stress_first … stress_third
+    /// Take the fields below the surface on a plane, "z=0.1 mm", or on a section, "y=0 mm":
+    /// von_mises, tresca, stress_xx … stress_xz, stress_first … stress_third
     #[arg(long, value_name = "PLANE", conflicts_with_all = ["steps", "json", "solution"])]
     pub(crate) plane: Option<String>,
     /// Depth of a section, "0.5 mm" [default: twice the radius of the disk of the loaded area]
@@ -128,7 +128,7 @@ pub(crate) struct PlotArgs {
     /// Number of bins of a histogram [default: by the rule of Freedman and Diaconis]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) bins: Option<u32>,
-    /// Parts of the points in a histogram, and no counts
+    /// Draw a histogram of parts of the points, and not of counts
     #[arg(long)]
     pub(crate) share: bool,
     /// Column along x [default: the study's figure]
@@ -149,10 +149,10 @@ pub(crate) struct PlotArgs {
     /// Keep the rows for which this holds
     #[arg(long = "where", value_name = "EXPRESSION")]
     pub(crate) filter: Option<String>,
-    /// Logarithmic x
+    /// Draw x on a logarithmic axis
     #[arg(long)]
     pub(crate) log_x: bool,
-    /// Logarithmic y
+    /// Draw y on a logarithmic axis
     #[arg(long)]
     pub(crate) log_y: bool,
     /// File to write, .svg or .png [default: NAME.svg and NAME.png in the current directory,
@@ -230,9 +230,9 @@ impl FieldChoice {
 /// The formats of a list of references.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum CitationFormat {
-    /// For reading: what is used, by how many jobs, and the works
+    /// A text for reading: what is used, by how many jobs, and the works
     Text,
-    /// BibTeX, each work once
+    /// References in BibTeX, each work once
     Bibtex,
 }
 

@@ -71,9 +71,9 @@ pub(crate) struct NoteArgs {
 /// The formats of a difference.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum DifferenceFormat {
-    /// For reading: each column, and the first values that differ
+    /// A text for reading: each column, and the first values that differ
     Table,
-    /// Every value that differs, a row each
+    /// A row for each value that differs
     Csv,
     /// Everything
     Json,
@@ -102,7 +102,7 @@ pub(crate) struct DiffArgs {
     /// Print it in this form
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: DifferenceFormat,
-    /// The same as --format json
+    /// Print JSON, as --format json does
     #[arg(long, conflicts_with = "format")]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -114,10 +114,10 @@ pub(crate) struct GcArgs {
     /// Say what would be removed, and remove nothing
     #[arg(long)]
     pub(crate) dry_run: bool,
-    /// Only what was computed or written longer ago than this, for example 30d or 12h
+    /// Remove only what was computed or written longer ago than this, for example 30d or 12h
     #[arg(long, value_name = "DURATION", value_parser = age)]
     pub(crate) older_than: Option<Duration>,
-    /// Only results and files that take more space than this, for example 10MB
+    /// Remove only results and files that take more space than this, for example 10MB
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub(crate) larger_than: Option<u64>,
     /// Remove also results of earlier versions of the physics whose jobs studies have, which `diff`

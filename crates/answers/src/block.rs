@@ -63,20 +63,14 @@ pub(crate) fn visit<E: From<AnswerError>>(
     visitor: &mut dyn FnMut(ResultBlock<'_>) -> Result<bool, E>,
 ) -> Result<Accounts, E> {
     let mut accounts = Accounts::default();
-    let mut indices = study.indices();
-    loop {
-        let block: Vec<usize> = indices.by_ref().take(at_once).collect();
-        if block.is_empty() {
-            return Ok(accounts);
-        }
-        let points: Vec<StudyPoint> =
-            block.into_par_iter().filter_map(|index| study.point(index)).collect();
+    for points in study.point_blocks(at_once) {
         let records = records_of(&points, source)?;
         accounts.read(records.values(), source);
         if !visitor(ResultBlock { points: &points, records: &records, accounts: &accounts })? {
-            return Ok(accounts);
+            break;
         }
     }
+    Ok(accounts)
 }
 
 /// Reads the records of some points.

@@ -96,6 +96,7 @@ pub mod branch;
 pub mod cases;
 mod cone_search;
 pub mod cones;
+pub mod cover;
 mod descent;
 mod exclusion;
 mod lbfgs;

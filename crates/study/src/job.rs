@@ -441,7 +441,7 @@ pub(crate) mod tests {
     use proptest::prelude::*;
 
     use contact::model::{Layer, Step};
-    use contact::uniqueness::cases::NormalCase;
+    use contact::uniqueness::cover::NormalCase;
 
     use super::*;
 

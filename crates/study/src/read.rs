@@ -7,6 +7,7 @@ use toml::de::{DeInteger, DeTable, DeValue};
 
 use contact::model::{Effect, Mesh};
 
+use crate::bounds::Bounds;
 use crate::error::{Mistake, Span, are_enough};
 use crate::key::{Key, Table};
 use crate::quantity::{Quantity, one_of};
@@ -383,6 +384,27 @@ pub(crate) fn whole(name: &str, n: &DeInteger<'_>, span: Span) -> Result<u32, Mi
         let message = format!("`{name}` = {n} cannot count anything");
         Mistake::new(span, message, format!("must be a whole number from 0 to {}", u32::MAX))
     })
+}
+
+/// Reads a whole number within some bounds. Messages say what it counts, unless `counted` is empty.
+pub(crate) fn count(
+    name: &str,
+    counted: &str,
+    bounds: Bounds,
+    node: &Node<'_>,
+) -> Result<u32, Mistake> {
+    let DeValue::Integer(n) = node.get_ref() else {
+        let of = if counted.is_empty() { "" } else { " of " };
+        return Err(mistyped(name, node, &format!("a whole number{of}{counted}")));
+    };
+    match whole(name, n, node.span())? {
+        n if bounds.hold(f64::from(n)) => Ok(n),
+        n => {
+            let message = format!("`{name}` cannot be {n}");
+            let expected = format!("must be {} {counted}", bounds.words(""));
+            Err(Mistake::new(node.span(), message, expected.trim_end()))
+        }
+    }
 }
 
 fn fraction(name: &str, text: &str, span: Span) -> Mistake {

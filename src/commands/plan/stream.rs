@@ -1,5 +1,6 @@
-//! The sums of a plan, of points that pass by in blocks: of each only 16 bytes stay, which tell its
-//! job from others, and of each operator eight.
+//! The sums of a plan, of points that pass by in blocks. Of each job only the 16 bytes stay that
+//! tell it from others, with eight for its effects where points are listed, and of each operator
+//! eight.
 
 use std::collections::HashSet;
 
@@ -50,8 +51,6 @@ pub(super) struct PlanSurvey<'s> {
     study: &'s Study,
     reader: Option<&'s StoreReader>,
     pub(super) tally: PlanTally,
-    /// Half of each job's digest, which tells 10⁷ jobs apart but for one chance in 10²⁴.
-    seen: HashSet<u128>,
     effects: OverviewDraft<'s>,
     /// The lines about files, each once.
     files: HashSet<String>,
@@ -73,7 +72,6 @@ impl<'s> PlanSurvey<'s> {
             study,
             reader,
             tally: PlanTally::default(),
-            seen: HashSet::new(),
             effects: OverviewDraft::of(study),
             files: HashSet::new(),
             first_files: Vec::new(),
@@ -86,24 +84,13 @@ impl<'s> PlanSurvey<'s> {
         if !self.study.has_independent_points() {
             return self.add(&self.study.points());
         }
-        let study = self.study;
-        let mut indices = study.indices();
-        loop {
-            let block: Vec<usize> = indices.by_ref().take(POINTS_AT_A_TIME).collect();
-            if block.is_empty() {
-                return Ok(());
-            }
-            let points = block.into_par_iter().filter_map(|index| study.point(index));
-            self.add(&points.collect::<Vec<_>>())?;
-        }
+        self.study.point_blocks(POINTS_AT_A_TIME).try_for_each(|points| self.add(&points))
     }
 
     /// Adds the next points. One that cannot be laid out or bound to its grid is an error.
     pub(super) fn add(&mut self, points: &[StudyPoint]) -> Result<()> {
         let (study, before) = (self.study, self.tally.points);
-        let is_first: Vec<bool> =
-            points.iter().map(|point| self.seen.insert(point.key.half())).collect();
-        let first: Vec<usize> = (0..points.len()).filter(|index| is_first[*index]).collect();
+        let first = self.effects.first_of_jobs(points);
         let forecasts: Vec<Result<Forecast>> = first
             .par_iter()
             .map(|index| {
@@ -117,7 +104,7 @@ impl<'s> PlanSurvey<'s> {
             distinct.push(PlannedPoint { key: points[*index].key, forecast: forecast? });
         }
         check(study, points)?;
-        self.effects.add(points, &is_first)?;
+        self.effects.add(points)?;
         self.tally.points += points.len();
         let is_cached = self.count(&distinct)?;
         let left = first.par_iter().zip(&is_cached).filter(|(_, is_cached)| !**is_cached);
@@ -170,6 +157,8 @@ impl<'s> PlanSurvey<'s> {
                 study.len()
             );
         }
+        // Half of each job's digest tells 10⁷ jobs apart but for one chance in 10²⁴.
+        let mut seen: HashSet<u128> = HashSet::new();
         let mut holding = HoldingCounts::default();
         for first in (0..study.len()).step_by(FORECASTS_AT_A_TIME) {
             let last = study.len().min(first + FORECASTS_AT_A_TIME);
@@ -184,7 +173,7 @@ impl<'s> PlanSurvey<'s> {
                     continue;
                 };
                 self.tally.points += 1;
-                if self.seen.insert(point.key.half()) {
+                if seen.insert(point.key.half()) {
                     distinct.push(point);
                 }
             }

@@ -1,6 +1,5 @@
 //! The sentences and tables of a report.
 
-use std::collections::HashSet;
 use std::ffi::OsString;
 
 use answers::effects::{Overview, OverviewDraft, missing_surface};
@@ -234,12 +233,7 @@ fn effects(results: &Results<'_>) -> Result<PageSection> {
 /// Returns the effects of all jobs, whose points pass by in blocks.
 fn overview(results: &Results<'_>) -> Result<Overview> {
     let mut draft = OverviewDraft::of(results.study());
-    let mut seen: HashSet<u128> = HashSet::new();
-    results.visit_points(&mut |points| {
-        let is_first: Vec<bool> =
-            points.iter().map(|point| seen.insert(point.key.half())).collect();
-        draft.add(points, &is_first)
-    })?;
+    results.visit_points(&mut |points| draft.add(points))?;
     Ok(draft.overview())
 }
 

@@ -10,8 +10,8 @@ use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 use syn::{Item, ItemMod, UseTree};
 
-use super::assert_none;
-use super::source::{Module, Package, packages, root};
+use super::source::{Module, Package, root};
+use super::{SOURCE_FINDINGS, assert_none};
 
 /// An import of one file from another file or crate.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -41,10 +41,23 @@ struct Row {
 
 #[test]
 fn arrows_run_down_the_layers() {
-    let (table, packages) = (table(), packages());
+    assert_none("a file imports from the layers below its own", &SOURCE_FINDINGS.upward_imports);
+}
+
+#[test]
+fn no_files_import_each_other_in_a_circle() {
+    let findings = &SOURCE_FINDINGS.circles;
+    assert_none("no import leads back to the file that it stands in", findings);
+}
+
+pub(super) fn upward_imports(packages: &[Package]) -> Vec<String> {
+    let table = match table() {
+        Ok(table) => table,
+        Err(fault) => return vec![fault],
+    };
     let names: BTreeSet<String> = packages.iter().map(|package| package.name.clone()).collect();
     let mut findings = Vec::new();
-    for package in &packages {
+    for package in packages {
         let Some(row) = table.get(&package.name) else {
             findings.push(format!("the crate `{}` has no row in the table", package.name));
             continue;
@@ -79,15 +92,13 @@ fn arrows_run_down_the_layers() {
         }
     }
     findings.dedup();
-    assert_none("a file imports from the layers below its own", &findings);
+    findings
 }
 
-#[test]
-fn no_files_import_each_other_in_a_circle() {
-    let packages = packages();
+pub(super) fn circles(packages: &[Package]) -> Vec<String> {
     let names: BTreeSet<String> = packages.iter().map(|package| package.name.clone()).collect();
     let mut findings = Vec::new();
-    for package in &packages {
+    for package in packages {
         let arrows = arrows(package, &names);
         let mut below: BTreeMap<&[String], BTreeMap<&[String], &str>> = BTreeMap::new();
         for arrow in &arrows {
@@ -113,7 +124,7 @@ fn no_files_import_each_other_in_a_circle() {
             }
         }
     }
-    assert_none("no import leads back to the file that it stands in", &findings);
+    findings
 }
 
 fn reachable<'p>(
@@ -137,9 +148,9 @@ fn spelled(path: &[String]) -> String {
 }
 
 /// Reads the table of layers: rows of | `crate` | the crates it may use | `a` `b` < `c` < … |.
-fn table() -> BTreeMap<String, Row> {
+fn table() -> Result<BTreeMap<String, Row>, String> {
     let page = std::fs::read_to_string(root().join("ARCHITECTURE.md"))
-        .expect("ARCHITECTURE.md can be read");
+        .map_err(|error| format!("ARCHITECTURE.md cannot be read: {error}"))?;
     let quoted = |text: &str| -> Vec<String> {
         text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
     };
@@ -148,22 +159,23 @@ fn table() -> BTreeMap<String, Row> {
         .skip_while(|line| !line.starts_with("| crate | may use |"))
         .skip(2)
         .take_while(|line| line.starts_with('|'));
-    let table: BTreeMap<String, Row> = rows
-        .map(|line| {
-            let cells: Vec<&str> = line.split('|').collect();
-            let [_, name, may_use, layers, ..] = cells[..] else {
-                panic!("a row of the table of layers has three cells: {line}")
-            };
-            let heights = layers.split('<').enumerate().flat_map(|(height, layer)| {
-                quoted(layer).into_iter().map(move |module| (module, height))
-            });
-            let row =
-                Row { may_use: quoted(may_use).into_iter().collect(), heights: heights.collect() };
-            (quoted(name).concat(), row)
-        })
-        .collect();
-    assert!(!table.is_empty(), "ARCHITECTURE.md has a table `| crate | may use | … |`");
-    table
+    let mut table = BTreeMap::new();
+    for line in rows {
+        let cells: Vec<&str> = line.split('|').collect();
+        let [_, name, may_use, layers, ..] = cells[..] else {
+            return Err(format!("a row of the table of layers has three cells: {line}"));
+        };
+        let heights = layers.split('<').enumerate().flat_map(|(height, layer)| {
+            quoted(layer).into_iter().map(move |module| (module, height))
+        });
+        let row =
+            Row { may_use: quoted(may_use).into_iter().collect(), heights: heights.collect() };
+        table.insert(quoted(name).concat(), row);
+    }
+    match table.is_empty() {
+        true => Err("ARCHITECTURE.md has no table `| crate | may use | … |`".to_owned()),
+        false => Ok(table),
+    }
 }
 
 /// Returns every import of a crate's files from each other and from other crates of the workspace.

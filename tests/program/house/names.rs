@@ -8,45 +8,46 @@ use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 use syn::{Type, Visibility};
 
-use super::assert_none;
-use super::source::{Module, is_test, packages};
+use super::source::{Module, Package, findings, is_test};
+use super::{SOURCE_FINDINGS, assert_none};
 
 /// Words that stand for a noun without being one.
 const PRONOUNS: [&str; 5] = ["which", "own", "at", "asked", "way"];
 
 #[test]
 fn a_type_name_has_one_meaning() {
-    let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    each_module(|module| {
-        let mut types = TypeNames { module, places: &mut places };
-        types.visit_file(&module.syntax);
-    });
-    let findings: Vec<String> = places
-        .into_iter()
-        .filter(|(_, places)| places.len() > 1)
-        .map(|(name, places)| format!("`{name}`: {}", places.join(", ")))
-        .collect();
-    assert_none("a type name is defined once in the workspace", &findings);
+    let findings = &SOURCE_FINDINGS.repeated_types;
+    assert_none("a type name is defined once in the workspace", findings);
 }
 
 #[test]
 fn variables_and_fields_are_nouns() {
-    let mut findings = Vec::new();
-    each_module(|module| Pronouns { module, findings: &mut findings }.visit_file(&module.syntax));
-    assert_none("a variable or a field is called by a noun", &findings);
+    assert_none("a variable or a field is called by a noun", &SOURCE_FINDINGS.pronouns);
 }
 
 #[test]
 fn what_has_three_parts_is_a_struct() {
-    let mut findings = Vec::new();
-    each_module(|module| Tuples { module, findings: &mut findings }.visit_file(&module.syntax));
-    assert_none("a signature has no tuple of three or more, and no (bool, String)", &findings);
+    let findings = &SOURCE_FINDINGS.tuples;
+    assert_none("a signature has no tuple of three or more, and no (bool, String)", findings);
 }
 
-fn each_module(mut visit: impl FnMut(&Module)) {
-    for package in packages() {
-        package.modules.values().for_each(&mut visit);
+pub(super) fn repeated_types(packages: &[Package]) -> Vec<String> {
+    let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for module in packages.iter().flat_map(|package| package.modules.values()) {
+        TypeNames { module, places: &mut places }.visit_file(&module.syntax);
     }
+    let repeated = places.into_iter().filter(|(_, places)| places.len() > 1);
+    repeated.map(|(name, places)| format!("`{name}`: {}", places.join(", "))).collect()
+}
+
+pub(super) fn pronouns(packages: &[Package]) -> Vec<String> {
+    findings(packages, |module, findings| {
+        Pronouns { module, findings }.visit_file(&module.syntax);
+    })
+}
+
+pub(super) fn tuples(packages: &[Package]) -> Vec<String> {
+    findings(packages, |module, findings| Tuples { module, findings }.visit_file(&module.syntax))
 }
 
 struct TypeNames<'m> {

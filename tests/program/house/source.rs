@@ -18,6 +18,7 @@ pub(crate) struct Package {
 pub(crate) struct Module {
     /// Its path below the root of the workspace.
     pub(crate) file: String,
+    pub(crate) text: String,
     /// What it holds beside tests.
     pub(crate) syntax: File,
 }
@@ -72,7 +73,19 @@ fn read(file: &Path, path: Vec<String>, src: &Path, modules: &mut BTreeMap<Vec<S
         read(if own_file.is_file() { &own_file } else { &face }, below, src, modules);
     }
     let file = file.strip_prefix(root()).unwrap_or(file).display().to_string();
-    modules.insert(path, Module { file, syntax });
+    modules.insert(path, Module { file, text, syntax });
+}
+
+/// Returns what breaks a rule in any module, which `find` notes.
+pub(crate) fn findings(
+    packages: &[Package],
+    mut find: impl FnMut(&Module, &mut Vec<String>),
+) -> Vec<String> {
+    let mut findings = Vec::new();
+    for module in packages.iter().flat_map(|package| package.modules.values()) {
+        find(module, &mut findings);
+    }
+    findings
 }
 
 /// Tells whether an item is compiled for tests alone.

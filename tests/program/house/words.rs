@@ -4,68 +4,70 @@
 use syn::visit::{self, Visit};
 use syn::{AttrStyle, Attribute, Expr, Lit, Meta, ReturnType, Type, Visibility};
 
-use super::assert_none;
-use super::source::{Module, is_test, packages, root};
+use super::source::{Module, Package, findings, is_test};
+use super::{SOURCE_FINDINGS, assert_none};
 
 /// Words that begin half a sentence.
 const HALVES: [&str; 11] =
     ["What", "Of", "Whoever", "Who", "How", "Where", "Whether", "Whose", "From", "By", "As"];
 
-/// Command lines have help texts, which clap prints without a full stop.
+/// These files have the help texts of the command line, which clap prints without a full stop.
 const HELP_TEXTS: [&str; 2] = ["src/cli.rs", "src/cli/"];
 
 #[test]
 fn documentation_is_written_in_sentences() {
-    let mut findings = Vec::new();
-    each_module(|module| {
-        if !HELP_TEXTS.iter().any(|place| module.file.starts_with(place)) {
-            let mut sentences = Sentences { lines: Vec::new() };
-            sentences.visit_file(&module.syntax);
-            for comment in sentences.comments() {
-                let first = &comment[0];
-                if let Some(fault) = fault(comment) {
-                    let place = format!("{}:{}", module.file, first.number);
-                    findings.push(format!("{place}: {fault}: {}", first.text.trim()));
-                }
-            }
-        }
-    });
-    assert_none("documentation is written in whole sentences", &findings);
+    assert_none("documentation is written in whole sentences", &SOURCE_FINDINGS.half_sentences);
 }
 
 #[test]
 fn public_functions_say_what_their_errors_mean() {
-    let mut findings = Vec::new();
-    each_module(|module| Errors { module, findings: &mut findings }.visit_file(&module.syntax));
-    assert_none("a public function that returns a Result has a section `# Errors`", &findings);
+    let findings = &SOURCE_FINDINGS.silent_errors;
+    assert_none("a public function that returns a Result has a section `# Errors`", findings);
 }
 
 #[test]
 fn functions_are_documented_by_a_verb_in_the_third_person() {
-    let mut findings = Vec::new();
-    each_module(|module| Verbs { module, findings: &mut findings }.visit_file(&module.syntax));
-    assert_none("the documentation of a function begins with a verb such as Returns", &findings);
+    let findings = &SOURCE_FINDINGS.missing_verbs;
+    assert_none("the documentation of a function begins with a verb such as Returns", findings);
 }
 
 #[test]
 fn comments_end_before_column_100() {
-    let mut findings = Vec::new();
-    each_module(|module| {
-        let text = std::fs::read_to_string(root().join(&module.file)).expect("it was read before");
-        for (line, content) in text.lines().enumerate() {
+    assert_none("a line of comment has at most 100 columns", &SOURCE_FINDINGS.long_comments);
+}
+
+pub(super) fn half_sentences(packages: &[Package]) -> Vec<String> {
+    findings(packages, |module, findings| {
+        let is_help = HELP_TEXTS.iter().any(|place| module.file.starts_with(place));
+        let mut sentences = Sentences { lines: Vec::new() };
+        sentences.visit_file(&module.syntax);
+        for comment in sentences.comments() {
+            let first = &comment[0];
+            if let Some(fault) = fault(comment, is_help) {
+                let place = format!("{}:{}", module.file, first.number);
+                findings.push(format!("{place}: {fault}: {}", first.text.trim()));
+            }
+        }
+    })
+}
+
+pub(super) fn silent_errors(packages: &[Package]) -> Vec<String> {
+    findings(packages, |module, findings| Errors { module, findings }.visit_file(&module.syntax))
+}
+
+pub(super) fn missing_verbs(packages: &[Package]) -> Vec<String> {
+    findings(packages, |module, findings| Verbs { module, findings }.visit_file(&module.syntax))
+}
+
+pub(super) fn long_comments(packages: &[Package]) -> Vec<String> {
+    findings(packages, |module, findings| {
+        for (line, content) in module.text.lines().enumerate() {
             let is_comment = content.trim_start().starts_with("//");
             if is_comment && content.chars().count() > 100 {
                 findings.push(format!("{}:{}", module.file, line + 1));
             }
         }
-    });
-    assert_none("a line of comment has at most 100 columns", &findings);
-}
-
-fn each_module(mut visit: impl FnMut(&Module)) {
-    for package in packages() {
-        package.modules.values().for_each(&mut visit);
-    }
+    })
 }
 
 /// Returns the number and the text of a line of documentation.
@@ -76,8 +78,9 @@ fn documentation(attribute: &Attribute) -> Option<(usize, String)> {
     attribute.path().is_ident("doc").then(|| (text.span().start().line, text.value()))
 }
 
-/// Returns what is wrong with the documentation of one item, if anything is.
-fn fault(lines: &[DocLine]) -> Option<&'static str> {
+/// Returns what is wrong with the documentation of one item, if anything is. A help text ends
+/// without a full stop.
+fn fault(lines: &[DocLine], is_help: bool) -> Option<&'static str> {
     let paragraph: Vec<&str> =
         lines.iter().map(|line| line.text.trim()).take_while(|text| !text.is_empty()).collect();
     let text = paragraph.join(" ");
@@ -89,7 +92,7 @@ fn fault(lines: &[DocLine]) -> Option<&'static str> {
         return Some("begins with half a sentence");
     }
     let closed = ['"', '.', ':', '!', '?', ')', '|', '`'];
-    (!text.ends_with(closed)).then_some("has no full stop")
+    (!is_help && !text.ends_with(closed)).then_some("has no full stop")
 }
 
 struct Sentences {

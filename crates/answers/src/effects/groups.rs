@@ -50,19 +50,12 @@ pub struct Overview {
 
 /// Groups a study's jobs, which are all of one kind; searches for solutions have no effects to
 /// leave out.
-/// `first` holds the indices of the points with which each job first occurs.
 ///
 /// # Errors
 /// A scene has no meaning, or its surfaces are missing.
-pub fn overview(
-    study: &Study,
-    points: &[StudyPoint],
-    first: &[usize],
-) -> Result<Overview, AnswerError> {
-    let mut is_first = vec![false; points.len()];
-    first.iter().for_each(|index| is_first[*index] = true);
+pub fn overview(study: &Study, points: &[StudyPoint]) -> Result<Overview, AnswerError> {
     let mut draft = OverviewDraft::of(study);
-    draft.add(points, &is_first)?;
+    draft.add(points)?;
     Ok(draft.overview())
 }
 
@@ -75,7 +68,16 @@ pub struct OverviewDraft<'s> {
     solvers: HashSet<Option<SolverChoice>>,
     groups: Vec<GroupDraft<'s>>,
     /// The group of the jobs with a method and with these effects simulated.
-    known: HashMap<(Option<SolverChoice>, Vec<bool>), usize>,
+    known: HashMap<(Option<SolverChoice>, Vec<bool>), u32>,
+    /// The group of each job so far; `None` if the job has no effects to leave out.
+    jobs: HashMap<ShortKey, Option<u32>>,
+}
+
+/// The first half of a job's key, in bytes, which leave no gaps in a map.
+type ShortKey = [u8; 16];
+
+fn short_key(point: &StudyPoint) -> ShortKey {
+    point.key.half().to_ne_bytes()
 }
 
 /// A group of jobs so far.
@@ -100,46 +102,66 @@ impl<'s> OverviewDraft<'s> {
             solvers: HashSet::new(),
             groups: Vec::new(),
             known: HashMap::new(),
+            jobs: HashMap::new(),
         }
     }
 
-    /// Adds the next points. For each of them `is_first` says whether its job is one that no point
-    /// before it has.
+    /// Returns the positions of those points whose jobs neither a point before them nor one that
+    /// was added has.
+    pub fn first_of_jobs(&self, points: &[StudyPoint]) -> Vec<usize> {
+        let mut seen = HashSet::new();
+        let mut is_first = |position: &usize| {
+            let key = short_key(&points[*position]);
+            !self.jobs.contains_key(&key) && seen.insert(key)
+        };
+        (0..points.len()).filter(|position| is_first(position)).collect()
+    }
+
+    /// Adds the next points. The effects of a job are found where it first comes.
     ///
     /// # Errors
     /// A scene has no meaning, or its surfaces are missing.
-    pub fn add(&mut self, points: &[StudyPoint], is_first: &[bool]) -> Result<(), AnswerError> {
+    pub fn add(&mut self, points: &[StudyPoint]) -> Result<(), AnswerError> {
         let surfaces = self.study.surfaces();
-        let listed: Vec<Option<JobEffects>> = points
+        let first = self.first_of_jobs(points);
+        let listed: Vec<Option<JobEffects>> = first
             .par_iter()
-            .map(|point| effects_of_job(&point.job, surfaces).transpose())
+            .map(|position| effects_of_job(&points[*position].job, surfaces).transpose())
             .collect::<Result<_, AnswerError>>()?;
-        for ((point, is_first), job) in points.iter().zip(is_first).zip(&listed) {
-            let index = self.points;
+        let mut new = first.into_iter().zip(listed).peekable();
+        for (position, point) in points.iter().enumerate() {
+            if let Some((_, job)) = new.next_if(|(first, _)| *first == position) {
+                let group = job.map(|job| self.add_job(&job));
+                self.jobs.insert(short_key(point), group);
+            }
+            let group = self.jobs.get(&short_key(point)).copied().flatten();
+            if let Some(group) = group.and_then(|group| self.groups.get_mut(group as usize)) {
+                group.points += 1;
+                group.taken.iter_mut().for_each(|taken| taken.add(point));
+            }
             self.points += 1;
-            let Some(job) = job else { continue };
-            let simulated: Vec<bool> = job.lines.iter().map(|line| line.simulated).collect();
-            let next = self.groups.len();
-            let group = *self.known.entry((job.solver, simulated)).or_insert(next);
-            if group == next {
-                self.groups.push(GroupDraft {
-                    first: index,
-                    points: 0,
-                    solver: job.solver,
-                    jobs: JobSums::default(),
-                    taken: TakenValues::of(self.study),
-                });
-            }
-            let group = &mut self.groups[group];
-            group.points += 1;
-            group.taken.iter_mut().for_each(|taken| taken.add(point));
-            if *is_first {
-                group.jobs.add(job);
-                self.all.add(job);
-                self.solvers.insert(job.solver);
-            }
         }
         Ok(())
+    }
+
+    /// Adds a job that the next point is the first to have, and returns its group.
+    fn add_job(&mut self, job: &JobEffects) -> u32 {
+        let simulated: Vec<bool> = job.lines.iter().map(|line| line.simulated).collect();
+        let next = self.groups.len() as u32;
+        let group = *self.known.entry((job.solver, simulated)).or_insert(next);
+        if group == next {
+            self.groups.push(GroupDraft {
+                first: self.points,
+                points: 0,
+                solver: job.solver,
+                jobs: JobSums::default(),
+                taken: TakenValues::of(self.study),
+            });
+        }
+        self.groups[group as usize].jobs.add(job);
+        self.all.add(job);
+        self.solvers.insert(job.solver);
+        group
     }
 
     /// Returns the effects of all points that were added.

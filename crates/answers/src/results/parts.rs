@@ -2,7 +2,6 @@
 
 use contact::model::Fields;
 use identity::JobKey;
-use rayon::prelude::*;
 use report::{Cell, DataTable};
 use study::{Figure, Record, StudyPoint};
 
@@ -26,16 +25,7 @@ impl Results<'_> {
         if let HeldResults::Whole { points, .. } = &self.held {
             return visitor(points);
         }
-        let study = &self.study;
-        let mut indices = study.indices();
-        loop {
-            let block: Vec<usize> = indices.by_ref().take(POINTS_AT_ONCE).collect();
-            if block.is_empty() {
-                return Ok(());
-            }
-            let points = block.into_par_iter().filter_map(|index| study.point(index));
-            visitor(&points.collect::<Vec<_>>())?;
-        }
+        self.study.point_blocks(POINTS_AT_ONCE).try_for_each(|points| visitor(&points))
     }
 
     /// Returns the rows of the points for which a condition holds. Where a table or records are

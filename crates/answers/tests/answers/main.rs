@@ -7,7 +7,7 @@ mod figures;
 mod shelf;
 
 use answers::choice::Discovery;
-use answers::effects::{overview, variants};
+use answers::effects::{OverviewDraft, overview, variants};
 use answers::{AnswerError, AnswerTable, Progress, Proof, Results, check, is_timed, proof};
 use report::{Cell, DataTable};
 use study::{Kind, Record, Study};
@@ -195,8 +195,7 @@ fn jobs_are_grouped_by_the_effects_that_they_call_for() {
          [sweep]\n\"friction.mu\" = [0, 0.1, 0.2, 0.3, 0.4, 0.5]\n",
     );
     let points = study.points();
-    let first: Vec<usize> = (0..points.len()).collect();
-    let overview = overview(&study, &points, &first).unwrap();
+    let overview = overview(&study, &points).unwrap();
     let groups: Vec<(&str, usize)> =
         overview.groups.iter().map(|group| (&group.label[..], group.jobs)).collect();
     assert_eq!(groups, [("mu = 0", 1), ("mu = 0.1 … 0.5", 5)]);
@@ -207,19 +206,51 @@ fn jobs_are_grouped_by_the_effects_that_they_call_for() {
     );
 }
 
+/// Points that share a job are one job with one set of effects, wherever the blocks end in which
+/// they come.
 #[test]
-fn a_uniqueness_set_without_coupling_has_no_end_and_that_is_proved() {
+fn points_of_one_job_are_grouped_as_one_job_in_blocks_of_any_size() {
     let study = parse(
-        "name = \"test\"\nkind = \"uniqueness\"
-         [scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0.5 }
-         punch = { shape = \"flat-rectangle\", width_x = \"2 mm\", width_y = \"2 mm\" }
-         [numerics]\nmesh = 3\n",
+        "name = \"test\"
+         [scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0.3 }
+         loading.steps = [{ approach = \"1 um\" }]\n[numerics]\nmesh = 8
+         [sweep]\n\"friction.mu\" = [0, 0.1]
+         punch = [{ label = \"a\", shape = \"sphere\", radius = \"1 mm\" },
+         { label = \"b\", shape = \"sphere\", radius = \"2 mm\" },
+         { label = \"c\", shape = \"sphere\", radius = \"1 mm\" }]\n",
     );
+    let points = study.points();
+    let whole = overview(&study, &points).unwrap();
+    let groups: Vec<(&str, usize, usize)> =
+        whole.groups.iter().map(|group| (&group.label[..], group.first, group.jobs)).collect();
+    assert_eq!((whole.jobs, groups), (4, vec![("mu = 0", 0, 2), ("mu = 0.1", 3, 2)]));
+    assert_eq!(OverviewDraft::of(&study).first_of_jobs(&points), [0, 1, 3, 4]);
+    for size in 1..points.len() {
+        let mut draft = OverviewDraft::of(&study);
+        study.point_blocks(size).try_for_each(|block| draft.add(&block)).unwrap();
+        assert_eq!(draft.first_of_jobs(&points), [0; 0], "all were added");
+        assert_eq!(draft.overview(), whole, "in blocks of {size}");
+    }
+}
+
+/// Returns the record of the bracket for a rectangle of square elements.
+fn bracket_record(poisson: f64, [nx, ny]: [u32; 2], search: &str) -> Record {
+    let study = parse(&format!(
+        "name = \"test\"\nkind = \"uniqueness\"
+         [scene]\nfoundation.base = {{ shear_modulus = \"80 GPa\", poisson = {poisson} }}
+         punch = {{ shape = \"flat-rectangle\", width_x = \"{nx} mm\", width_y = \"{ny} mm\" }}
+         [numerics]\nmesh = [{nx}, {ny}]\n[search]\n{search}\n"
+    ));
     let mut shelf = Shelf::default();
     let choice = shelf.run(&study);
     let results = Results::read(study, &shelf).unwrap();
-    let record = results.record(&choice.points[0]).unwrap();
-    assert_eq!(proof(record), Some(Proof::Holds(None)));
+    results.record(&choice.points[0]).unwrap().clone()
+}
+
+#[test]
+fn a_uniqueness_set_without_coupling_has_no_end_and_that_is_proved() {
+    let record = bracket_record(0.5, [3, 3], "");
+    assert_eq!(proof(&record), Some(Proof::Holds(None)));
     let forged = Record { job: record.job.replace("0.5", "0.3"), ..record.clone() };
     assert!(matches!(proof(&forged), Some(Proof::Wrong(_))), "the claim is of another job");
 }
@@ -228,17 +259,8 @@ fn a_uniqueness_set_without_coupling_has_no_end_and_that_is_proved() {
 fn a_strip_is_proved_anew_and_a_forged_one_is_not() {
     use contact::uniqueness::Bracket;
     use contact::uniqueness::strip::ElementCase;
-    let study = parse(
-        "name = \"test\"\nkind = \"uniqueness\"
-         [scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0.3 }
-         punch = { shape = \"flat-rectangle\", width_x = \"3 mm\", width_y = \"1 mm\" }
-         [numerics]\nmesh = [3, 1]\n[search]\nplane = true\n",
-    );
-    let mut shelf = Shelf::default();
-    let choice = shelf.run(&study);
-    let results = Results::read(study, &shelf).unwrap();
-    let record = results.record(&choice.points[0]).unwrap();
-    assert!(matches!(proof(record), Some(Proof::Holds(Some(_)))));
+    let record = bracket_record(0.3, [3, 1], "plane = true");
+    assert!(matches!(proof(&record), Some(Proof::Holds(Some(_)))));
     let forge = |change: &dyn Fn(&mut Bracket)| {
         let mut forged = record.clone();
         let study::Ending::Bracketed(found) = &mut forged.ending else { panic!("no bracket") };
@@ -279,17 +301,8 @@ fn a_strip_is_proved_anew_and_a_forged_one_is_not() {
 #[test]
 fn cases_are_proved_anew_and_forged_ones_are_not() {
     use contact::uniqueness::Bracket;
-    let study = parse(
-        "name = \"test\"\nkind = \"uniqueness\"
-         [scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0 }
-         punch = { shape = \"flat-rectangle\", width_x = \"3 mm\", width_y = \"2 mm\" }
-         [numerics]\nmesh = [3, 2]\n[search]\nstarts = 1\ncases = true\n",
-    );
-    let mut shelf = Shelf::default();
-    let choice = shelf.run(&study);
-    let results = Results::read(study, &shelf).unwrap();
-    let record = results.record(&choice.points[0]).unwrap();
-    assert!(matches!(proof(record), Some(Proof::Holds(Some(_)))));
+    let record = bracket_record(0.0, [3, 2], "starts = 1\ncases = true");
+    assert!(matches!(proof(&record), Some(Proof::Holds(Some(_)))));
     for change in 0..3 {
         let mut forged = record.clone();
         let study::Ending::Bracketed(found) = &mut forged.ending else { panic!("no bracket") };
@@ -306,17 +319,8 @@ fn cases_are_proved_anew_and_forged_ones_are_not() {
 #[test]
 fn cones_are_proved_anew_and_forged_ones_are_not() {
     use contact::uniqueness::Bracket;
-    let study = parse(
-        "name = \"test\"\nkind = \"uniqueness\"
-         [scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0 }
-         punch = { shape = \"flat-rectangle\", width_x = \"3 mm\", width_y = \"2 mm\" }
-         [numerics]\nmesh = [3, 2]\n[search]\nstarts = 1\ncases = true\nwidth = 0.01\n",
-    );
-    let mut shelf = Shelf::default();
-    let choice = shelf.run(&study);
-    let results = Results::read(study, &shelf).unwrap();
-    let record = results.record(&choice.points[0]).unwrap();
-    assert!(matches!(proof(record), Some(Proof::Holds(Some(_)))));
+    let record = bracket_record(0.0, [3, 2], "starts = 1\ncases = true\nwidth = 0.01");
+    assert!(matches!(proof(&record), Some(Proof::Holds(Some(_)))));
     // A proof survives its way through the bytes of a record.
     let again = Record::decode(&record.encode()).unwrap();
     assert!(matches!(proof(&again), Some(Proof::Holds(Some(_)))));

@@ -19,9 +19,9 @@ use std::collections::{HashMap, HashSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::cases::{self, NormalCase};
 use super::cone_search::{self, CaseOrder, ConeSearch};
 use super::cones::{self, ConeBound, ConeCase, ConeCheck, ConeError, ConeNode, TreeRules};
+use super::cover::{self, NormalCase};
 use super::question::{MOST_CASE_ELEMENTS, Question};
 use super::symmetry::Symmetries;
 use super::system::System;
@@ -184,9 +184,8 @@ pub fn verify(system: &System, branch: &Branch, cases: &[ConeCase]) -> Result<()
         }
     }
     let symmetries = Symmetries::of(system, |_, _| true);
-    if let Some(missing) = cases::left_out(system, symmetries, &states[1..], &branch.states) {
-        return Err(ConeError::Missing { cases: cases.len(), missing }.into());
-    }
+    cover::check_cover(system, symmetries, &states[1..], &branch.states)
+        .map_err(ConeError::from)?;
     let check = ConeCheck::of_domain(system);
     let rules =
         TreeRules { check: Some(&check), mu: branch.mu, first: &branch.forms, allows_open: true };
@@ -264,7 +263,7 @@ pub fn grow<'a>(
             let mut kept = Vec::new();
             for case in *cases {
                 let is_open = case.nodes == [ConeNode::Open];
-                let image = || letters(&cases::least_image(&case.states, &images)).into_bytes();
+                let image = || letters(&cover::least_image(&case.states, &images)).into_bytes();
                 let is_known = branch.forms.is_empty()
                     && match is_open {
                         true => looked_at.contains(&image()),
@@ -318,7 +317,7 @@ fn open_branches(branch: &Branch, case: &ConeCase, images: &[Vec<usize>]) -> Vec
     let of = |forms: Vec<Vec<f32>>| Branch {
         mu: branch.mu,
         states: match forms.is_empty() {
-            true => cases::least_image(&case.states, images),
+            true => cover::least_image(&case.states, images),
             false => case.states.clone(),
         },
         forms,

@@ -37,22 +37,10 @@ use std::collections::HashSet;
 use serde::{Deserialize, Serialize};
 
 use super::barrier::{NormalPenalty, Program, Weights};
+use super::cover::{self, CaseBits, CoverError, NormalCase, from_the_middle};
 use super::lower::{self, Freedom, LowerBound, LowerError};
-use super::question::MOST_CASE_ELEMENTS;
 use super::symmetry::{Block, Symmetries};
 use super::system::System;
-
-/// The state of an element in a case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum NormalCase {
-    /// The case says nothing of the element: x₁y₁ ≤ 0.
-    Undecided,
-    /// The element bears no pressure: x₁ = 0.
-    Open,
-    /// The element is not displaced along the normal: y₁ = 0.
-    Closed,
-}
 
 /// A case and the weights that exclude it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -85,20 +73,9 @@ pub struct CaseBound {
 /// The reason why cases prove nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CaseError {
-    /// There are too many elements.
-    #[error("Ω has {elements} elements: cases are of at most {MOST_CASE_ELEMENTS}")]
-    Elements {
-        /// The number of elements.
-        elements: usize,
-    },
-    /// The cases leave some out.
-    #[error("the {cases} excluded cases are not all: {missing}")]
-    Missing {
-        /// The number of cases.
-        cases: usize,
-        /// The combination that they leave out, in words.
-        missing: String,
-    },
+    /// The cases leave some out, or are none of Ω.
+    #[error(transparent)]
+    Cover(#[from] CoverError),
     /// The numbers of a case have no meaning.
     #[error("case {case}: {reason}")]
     Numbers {
@@ -209,39 +186,6 @@ struct CaseStart {
     beta: Vec<f64>,
     p: Vec<f64>,
     q: Vec<f64>,
-}
-
-/// The states of a case as bits, one for each element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) struct CaseBits {
-    /// The elements that are decided.
-    decided: u32,
-    /// The elements that are closed.
-    closed: u32,
-}
-
-impl CaseBits {
-    const NONE: Self = Self { decided: 0, closed: 0 };
-
-    fn with(self, element: usize, state: NormalCase) -> Self {
-        let bit = 1 << element;
-        match state {
-            NormalCase::Undecided => self,
-            NormalCase::Open => Self { decided: self.decided | bit, ..self },
-            NormalCase::Closed => Self { decided: self.decided | bit, closed: self.closed | bit },
-        }
-    }
-
-    /// Returns the image of a case, with the image of each element.
-    pub(super) fn of_image(states: &[NormalCase], image: &[usize]) -> Self {
-        let pairs = states.iter().zip(image);
-        pairs.fold(Self::NONE, |bits, (state, &element)| bits.with(element, *state))
-    }
-
-    /// Says if every combination of the other case is one of this.
-    fn covers(self, other: Self) -> bool {
-        self.decided & !other.decided == 0 && (self.closed ^ other.closed) & self.decided == 0
-    }
 }
 
 /// The search for cases that exclude all.
@@ -399,32 +343,6 @@ pub(super) fn bound(system: &System) -> Result<CaseBound, LowerError> {
     Ok(CaseBound { mu: root.mu, cases: search.cases })
 }
 
-/// Returns the image of a case that comes first of all, with the images of each element.
-pub(super) fn least_image(states: &[NormalCase], images: &[Vec<usize>]) -> Vec<NormalCase> {
-    let of_image = |image: &Vec<usize>| {
-        let mut moved = states.to_vec();
-        states.iter().zip(image).for_each(|(state, &element)| moved[element] = *state);
-        moved
-    };
-    let least = images.iter().min_by_key(|image| CaseBits::of_image(states, image));
-    least.map_or_else(|| states.to_vec(), of_image)
-}
-
-/// Returns the elements of Ω by their distance from its middle.
-pub(super) fn from_the_middle(system: &System) -> Vec<usize> {
-    let grid = system.grid();
-    let distance = |e: usize| {
-        let (i, j) = grid.position(e);
-        let [x, y] = [(i, grid.nx()), (j, grid.ny())]
-            .map(|(place, count)| (2 * place + 1).abs_diff(count) as u64);
-        x * x + y * y
-    };
-    let elements: Vec<usize> = grid.active().collect();
-    let mut order: Vec<usize> = (0..elements.len()).collect();
-    order.sort_by_key(|&place| distance(elements[place]));
-    order
-}
-
 /// Shows that every case is excluded, rounding included.
 ///
 /// # Errors
@@ -434,25 +352,17 @@ pub fn verify(system: &System, bound: &CaseBound) -> Result<(), CaseError> {
     if !(bound.mu.is_finite() && bound.mu > 0.0) {
         return Err(CaseError::Mu { mu: bound.mu });
     }
-    let elements = system.elements();
-    if elements > MOST_CASE_ELEMENTS {
-        return Err(CaseError::Elements { elements });
-    }
+    let states: Vec<&[NormalCase]> = bound.cases.iter().map(|case| &case.states[..]).collect();
+    cover::check_states(system, &states)?;
     for (index, case) in bound.cases.iter().enumerate() {
-        let wrong = |reason: String| Err(CaseError::Numbers { case: index, reason });
-        if case.states.len() != elements {
-            return wrong(format!("{} states for {elements} elements", case.states.len()));
-        }
         let penalties = [case.displacement_penalty, case.pressure_penalty];
         if let Some(value) = penalties.iter().find(|value| !(value.is_finite() && **value >= 0.0)) {
-            return wrong(format!("a penalty is {value:e}: it must be finite and at least 0"));
+            let reason = format!("a penalty is {value:e}: it must be finite and at least 0");
+            return Err(CaseError::Numbers { case: index, reason });
         }
     }
     let symmetries = Symmetries::of(system, |_, _| true);
-    let states: Vec<&[NormalCase]> = bound.cases.iter().map(|case| &case.states[..]).collect();
-    if let Some(missing) = left_out(system, symmetries, &states, &[]) {
-        return Err(CaseError::Missing { cases: bound.cases.len(), missing });
-    }
+    cover::check_cover(system, symmetries, &states, &[])?;
     let asymmetry = lower::asymmetry_norm(system, symmetries);
     for (index, excluded) in bound.cases.iter().enumerate() {
         let case = DecidedCase::of(system, excluded.states.clone());
@@ -471,37 +381,4 @@ pub fn verify(system: &System, bound: &CaseBound) -> Result<(), CaseError> {
         }
     }
     Ok(())
-}
-
-/// Returns a combination of open and closed elements, `o` and `c`, that neither the cases nor their
-/// images cover; `None` if there is none. Those are looked at that have the states `of`, all of
-/// them without any.
-pub(super) fn left_out(
-    system: &System,
-    symmetries: Symmetries,
-    cases: &[&[NormalCase]],
-    of: &[NormalCase],
-) -> Option<String> {
-    let images = symmetries.images(system);
-    let covered: Vec<CaseBits> = cases
-        .iter()
-        .flat_map(|states| images.iter().map(|image| CaseBits::of_image(states, image)))
-        .collect();
-    let places: Vec<usize> = (0..of.len()).collect();
-    let mut order = from_the_middle(system);
-    order.retain(|&element| of.get(element).is_none_or(|state| *state == NormalCase::Undecided));
-    let missing = cover(&covered, &order, CaseBits::of_image(of, &places)).err()?;
-    let letter = |element: usize| if missing.closed >> element & 1 == 1 { 'c' } else { 'o' };
-    Some((0..system.elements()).map(letter).collect())
-}
-
-/// Shows that every combination of a case is one of those that are covered. It decides one element
-/// after the other in the order given. The error is a combination that is left out.
-fn cover(covered: &[CaseBits], order: &[usize], case: CaseBits) -> Result<(), CaseBits> {
-    if covered.iter().any(|other| other.covers(case)) {
-        return Ok(());
-    }
-    let Some((&element, rest)) = order.split_first() else { return Err(case) };
-    cover(covered, rest, case.with(element, NormalCase::Closed))?;
-    cover(covered, rest, case.with(element, NormalCase::Open))
 }

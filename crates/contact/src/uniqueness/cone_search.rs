@@ -9,8 +9,8 @@ use std::collections::{HashSet, VecDeque};
 
 use faer::Mat;
 
-use super::cases::{CaseBits, NormalCase, from_the_middle};
 use super::cones::{ConeBound, ConeCase, ConeCheck, ConeNode, ConeWeights};
+use super::cover::{CaseBits, NormalCase, from_the_middle};
 use super::exclusion::{CaseFields, CaseWeights, ExclusionOutcome};
 use super::lower::{self, Freedom, LowerError};
 use super::symmetry::Symmetries;

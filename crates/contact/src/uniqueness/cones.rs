@@ -38,9 +38,8 @@ use faer::Mat;
 use primitives::cholesky;
 use serde::{Deserialize, Serialize};
 
-use super::cases::{self, NormalCase};
+use super::cover::{self, CoverError, NormalCase};
 use super::lower;
-use super::question::MOST_CASE_ELEMENTS;
 use super::symmetry::Symmetries;
 use super::system::System;
 
@@ -103,20 +102,9 @@ pub struct ConeWeights {
 /// The reason why cones prove nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ConeError {
-    /// There are too many elements.
-    #[error("Ω has {elements} elements: cones are of cases of at most {MOST_CASE_ELEMENTS}")]
-    Elements {
-        /// The number of elements.
-        elements: usize,
-    },
-    /// The cases leave some out.
-    #[error("the {cases} excluded cases are not all: {missing}")]
-    Missing {
-        /// The number of cases.
-        cases: usize,
-        /// The combination that they leave out, in words.
-        missing: String,
-    },
+    /// The cases leave some out, or are none of Ω.
+    #[error(transparent)]
+    Cover(#[from] CoverError),
     /// The numbers of a case have no meaning.
     #[error("case {case}: {reason}")]
     Numbers {
@@ -308,10 +296,7 @@ fn check_whole(
 ) -> Result<(), ConeError> {
     let states: Vec<&[NormalCase]> = bound.cases.iter().map(|case| &case.states[..]).collect();
     check_states(system, bound.mu, &states)?;
-    let symmetries = Symmetries::of(system, |_, _| true);
-    if let Some(missing) = cases::left_out(system, symmetries, &states, &[]) {
-        return Err(ConeError::Missing { cases: bound.cases.len(), missing });
-    }
+    cover::check_cover(system, Symmetries::of(system, |_, _| true), &states, &[])?;
     let rules = TreeRules { check, mu: bound.mu, first: &[], allows_open: false };
     bound.cases.iter().enumerate().try_for_each(|(index, case)| rules.check_case(index, case))
 }
@@ -325,17 +310,7 @@ pub(super) fn check_states(
     if !is_size(mu) {
         return Err(ConeError::Mu { mu });
     }
-    let elements = system.elements();
-    if elements > MOST_CASE_ELEMENTS {
-        return Err(ConeError::Elements { elements });
-    }
-    for (index, states) in cases.iter().enumerate() {
-        if states.len() != elements {
-            let reason = format!("{} states for {elements} elements", states.len());
-            return Err(ConeError::Numbers { case: index, reason });
-        }
-    }
-    Ok(())
+    Ok(cover::check_states(system, cases)?)
 }
 
 /// Says if μ has a size that a certificate may have.

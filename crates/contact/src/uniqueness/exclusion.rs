@@ -12,7 +12,7 @@
 use faer::{Accum, Mat};
 use primitives::{cholesky, cholesky_inverse, cholesky_solve, multiply, solve_lower, solve_upper};
 
-use super::cases::NormalCase;
+use super::cover::NormalCase;
 
 /// The fields of a case, in a basis of coordinates z with x·Ax = |z|².
 pub(super) struct CaseFields {

@@ -2,6 +2,7 @@
 
 use contact::model::*;
 use contact::punch::Surfaces;
+use contact::uniqueness::{Question, Sole};
 use contact::{Operators, solve};
 
 /// Returns a scene of one step with a rigid punch on a homogeneous half-space.
@@ -20,6 +21,24 @@ pub(crate) fn scene(shape: Shape, shear_modulus: f64, poisson: f64, mu: f64, ste
 /// Returns a square Ω of side `width` around the origin.
 pub(crate) fn square(width: f64) -> Option<Domain> {
     Some(Domain { width_x: width, width_y: width, center_x: 0.0, center_y: 0.0 })
+}
+
+/// Returns the question for a rigid rectangle of two widths on a half-space.
+pub(crate) fn rectangle_question(
+    mesh: [u32; 2],
+    [width_x, width_y]: [f64; 2],
+    shear_modulus: f64,
+    poisson: f64,
+) -> Question {
+    Question {
+        foundation: Foundation::half_space(Material { shear_modulus, poisson }),
+        punch: None,
+        sole: Sole::Rectangle { width_x, width_y },
+        mesh: Mesh::Exact(mesh),
+        projection: Projection::Average,
+        epsilon: 0.0,
+        plane: false,
+    }
 }
 
 pub(crate) fn numerics(mesh: Mesh, projection: Projection, tolerance: f64) -> Numerics {

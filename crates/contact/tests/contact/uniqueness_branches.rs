@@ -6,8 +6,8 @@ use contact::model::{Foundation, Layer};
 use contact::uniqueness::branch::{
     BRANCH_CONES, Branch, BranchError, BranchResult, Growth, GrowthEnd, exclude, goal, grow, verify,
 };
-use contact::uniqueness::cases::NormalCase;
 use contact::uniqueness::cones::{self, ConeCase, ConeError, ConeNode};
+use contact::uniqueness::cover::{CoverError, NormalCase};
 use contact::uniqueness::{Question, Sole, System, WitnessSearch, bracket};
 
 use super::uniqueness_cases::rectangle;
@@ -168,7 +168,8 @@ fn no_bound_has_a_hole() {
     assert!(
         matches!(
             end,
-            GrowthEnd::Pending | GrowthEnd::Unfit(BranchError::Cone(ConeError::Missing { .. }))
+            GrowthEnd::Pending
+                | GrowthEnd::Unfit(BranchError::Cone(ConeError::Cover(CoverError::Missing { .. })))
         ),
         "{end:?}"
     );
@@ -222,7 +223,8 @@ fn a_wrong_result_of_a_branch_is_refused_in_each_of_its_parts() {
     let error = |branch: &Branch, cases: &[ConeCase]| {
         verify(&search.system, branch, cases).expect_err("a wrong result")
     };
-    let missing = |error| matches!(error, BranchError::Cone(ConeError::Missing { .. }));
+    let missing =
+        |error| matches!(error, BranchError::Cone(ConeError::Cover(CoverError::Missing { .. })));
     let mut fewer = of_root.clone();
     fewer.remove(0);
     assert!(missing(error(&root, &fewer)));

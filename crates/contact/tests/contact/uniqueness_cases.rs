@@ -1,27 +1,19 @@
 //! Lower bounds by cases of open and closed elements come nearer to the witnesses, and each part of
 //! a wrong one is refused.
 
-use contact::model::{Foundation, Material, Mesh, Projection};
-use contact::uniqueness::cases::{CaseBound, CaseError, ExcludedCase, NormalCase, verify};
-use contact::uniqueness::{
-    Bracket, BracketError, Question, Sole, System, WitnessSearch, bracket, lower,
-};
+use contact::uniqueness::cases::{CaseBound, CaseError, ExcludedCase, verify};
+use contact::uniqueness::cover::{CoverError, NormalCase};
+use contact::uniqueness::{Bracket, BracketError, Question, System, WitnessSearch, bracket, lower};
+
+use crate::common::rectangle_question;
 
 /// The effort of a search that is brief about the upper end.
 const BRIEF: WitnessSearch =
     WitnessSearch { starts: 1, kept: 1, seed: 1, cases: true, width: None };
 
 /// Returns the question for a rigid rectangle of square elements on a half-space.
-pub(super) fn rectangle([nx, ny]: [u32; 2], poisson: f64) -> Question {
-    Question {
-        foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson }),
-        punch: None,
-        sole: Sole::Rectangle { width_x: 0.01 * f64::from(nx), width_y: 0.01 * f64::from(ny) },
-        mesh: Mesh::Exact([nx, ny]),
-        projection: Projection::Average,
-        epsilon: 0.0,
-        plane: false,
-    }
+pub(super) fn rectangle(mesh: [u32; 2], poisson: f64) -> Question {
+    rectangle_question(mesh, mesh.map(|n| 0.01 * f64::from(n)), 80e9, poisson)
 }
 
 fn by_cases(question: &Question) -> (CaseBound, f64) {
@@ -82,11 +74,12 @@ fn a_wrong_case_bound_is_refused_in_each_of_its_parts() {
     };
     let is = |error: CaseError, kind: &str| {
         let name = match error {
-            CaseError::Missing { .. } => "missing",
+            CaseError::Cover(CoverError::Missing { .. }) => "missing",
+            CaseError::Cover(CoverError::States { .. }) => "states",
             CaseError::Numbers { .. } => "numbers",
             CaseError::Mu { .. } => "mu",
             CaseError::NotExcluded { .. } => "not excluded",
-            CaseError::Elements { .. } => "elements",
+            CaseError::Cover(CoverError::Elements { .. }) => "elements",
         };
         assert_eq!(name, kind, "{error}");
     };
@@ -103,7 +96,7 @@ fn a_wrong_case_bound_is_refused_in_each_of_its_parts() {
         is(change(&|bound| bound.cases[index].tau[0] *= 1e-6), "not excluded");
         is(change(&|bound| bound.cases[index].tau[0] = -1.0), "numbers");
         is(change(&|bound| bound.cases[index].alpha.truncate(1)), "numbers");
-        is(change(&|bound| bound.cases[index].states.truncate(5)), "numbers");
+        is(change(&|bound| bound.cases[index].states.truncate(5)), "states");
         is(change(&|bound| bound.cases[index].pressure_penalty = -1.0), "numbers");
         is(change(&|bound| bound.cases[index].displacement_penalty = f64::INFINITY), "numbers");
     }

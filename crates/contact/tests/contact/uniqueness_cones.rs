@@ -2,8 +2,8 @@
 //! is refused.
 
 use contact::model::{Foundation, Layer};
-use contact::uniqueness::cases::NormalCase;
 use contact::uniqueness::cones::{ConeBound, ConeError, ConeNode, ConeWeights, verify};
+use contact::uniqueness::cover::{CoverError, NormalCase};
 use contact::uniqueness::{Bracket, BracketError, Question, Sole, System, WitnessSearch, bracket};
 
 use super::uniqueness_cases::rectangle;
@@ -77,12 +77,13 @@ fn a_wrong_bound_is_refused_in_each_of_its_parts() {
         let mut changed = bound.clone();
         change(&mut changed);
         match verify(&system, &changed).expect_err("a wrong bound") {
-            ConeError::Missing { .. } => "missing",
+            ConeError::Cover(CoverError::Missing { .. }) => "missing",
+            ConeError::Cover(CoverError::States { .. }) => "states",
             ConeError::Numbers { .. } => "numbers",
             ConeError::Tree { .. } => "tree",
             ConeError::Mu { .. } => "mu",
             ConeError::NotExcluded { .. } => "not excluded",
-            ConeError::Elements { .. } => "elements",
+            ConeError::Cover(CoverError::Elements { .. }) => "elements",
             ConeError::Open { .. } => "open",
         }
     };
@@ -99,7 +100,7 @@ fn a_wrong_bound_is_refused_in_each_of_its_parts() {
         cut.states[0] = NormalCase::Undecided;
     };
     assert_eq!(change(&undecided), "numbers");
-    assert_eq!(change(&|bound| bound.cases[0].states.truncate(8)), "numbers");
+    assert_eq!(change(&|bound| bound.cases[0].states.truncate(8)), "states");
 
     assert_eq!(change(&|bound| drop(cut_case(bound).pop())), "tree");
     assert_eq!(change(&|bound| cut_case(bound).clear()), "tree");
@@ -141,7 +142,7 @@ fn a_wrong_bound_is_refused_in_each_of_its_parts() {
     assert_eq!(change(&|bound| leaf(bound).displacement_penalty = f32::INFINITY), "numbers");
     // On another Ω the same numbers show nothing.
     let other = System::new(&rectangle([4, 3], 0.0)).unwrap();
-    assert!(matches!(verify(&other, &bound), Err(ConeError::Numbers { .. })));
+    assert!(matches!(verify(&other, &bound), Err(ConeError::Cover(CoverError::States { .. }))));
 }
 
 #[test]

@@ -1,24 +1,15 @@
 //! The lower side of μ* meets a prototype's figures, and holds as a certificate.
 
-use contact::model::{Base, Foundation, Material, Mesh, Projection};
+use contact::model::{Base, Material, Projection};
 use contact::uniqueness::lower::{
     Freedom, Lower, LowerBound, VerifyError, lower, lower_from, orbits, verify as verify_up_to,
 };
 use contact::uniqueness::{Question, Sole, System};
 
+use crate::common::rectangle_question;
+
 fn question(mesh: [u32; 2], poisson: f64) -> Question {
-    Question {
-        foundation: Foundation {
-            layers: Vec::new(),
-            base: Base::Elastic(Material { shear_modulus: 1.0, poisson }),
-        },
-        punch: None,
-        sole: Sole::Rectangle { width_x: 1.0, width_y: f64::from(mesh[1]) / f64::from(mesh[0]) },
-        mesh: Mesh::Exact(mesh),
-        projection: Projection::Average,
-        epsilon: 0.0,
-        plane: false,
-    }
+    rectangle_question(mesh, [1.0, f64::from(mesh[1]) / f64::from(mesh[0])], 1.0, poisson)
 }
 
 fn verify(system: &System, bound: &LowerBound) -> Result<(), VerifyError> {

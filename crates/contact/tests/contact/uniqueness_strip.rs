@@ -8,19 +8,14 @@ use contact::uniqueness::{
     Bracket, BracketError, Question, Sole, System, WitnessSearch, bracket, upper,
 };
 
+use crate::common::rectangle_question;
+
 use ElementCase::{Open, SlipBackward, SlipForward, Stick};
 
 /// Returns the question for a strip of `n` elements, each 1 long along x and `width` along y.
 fn strip(n: u32, width: f64, poisson: f64) -> Question {
-    Question {
-        foundation: Foundation::half_space(Material { shear_modulus: 1.0, poisson }),
-        punch: None,
-        sole: Sole::Rectangle { width_x: f64::from(n), width_y: width },
-        mesh: Mesh::Exact([n, 1]),
-        projection: Projection::Average,
-        epsilon: 0.0,
-        plane: true,
-    }
+    let widths = [f64::from(n), width];
+    Question { plane: true, ..rectangle_question([n, 1], widths, 1.0, poisson) }
 }
 
 fn bracketed(question: &Question) -> (StripBound, Witness) {

@@ -6,17 +6,11 @@ use contact::uniqueness::upper::{Upper, upper};
 use contact::uniqueness::witness::{Witness, WitnessError};
 use contact::uniqueness::{Bracket, Question, Sole, System, WitnessSearch, bracket, lower};
 
+use crate::common::rectangle_question;
+
 /// Returns the question for a rigid square on a half-space.
 fn square(n: u32, poisson: f64) -> Question {
-    Question {
-        foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson }),
-        punch: None,
-        sole: Sole::Rectangle { width_x: 0.01, width_y: 0.01 },
-        mesh: Mesh::Exact([n, n]),
-        projection: Projection::Average,
-        epsilon: 0.0,
-        plane: false,
-    }
+    rectangle_question([n, n], [0.01, 0.01], 80e9, poisson)
 }
 
 fn witness(question: &Question, search: WitnessSearch) -> Witness {

@@ -9,7 +9,7 @@ use contact::uniqueness::branch::MOST_BRANCHED_CONES;
 use super::rule::Adaptive;
 use super::table::fields;
 use crate::axis::{self, Group};
-use crate::bounds::within;
+use crate::bounds::{Bounds, within};
 use crate::error::Mistake;
 use crate::fallback::Fallback::{self, Needed};
 use crate::job::Job;
@@ -38,8 +38,8 @@ pub(crate) const BRANCH: KeyTable = KeyTable {
         table_key(
             "at_most",
             TableValue::Count,
-            within(1.0, MOST_BRANCHED_CONES as f64),
-            Fallback::Count(AT_MOST as u32),
+            CONES,
+            Fallback::Count(AT_MOST),
             "5000",
             "cones of one length of the bracket at one point after which no further jobs are made",
         ),
@@ -47,7 +47,10 @@ pub(crate) const BRANCH: KeyTable = KeyTable {
 };
 
 /// The number of cones if the study does not say.
-const AT_MOST: usize = 20_000;
+const AT_MOST: u32 = 20_000;
+
+/// The numbers of cones that can be asked for.
+const CONES: Bounds = within(1.0, MOST_BRANCHED_CONES as f64);
 
 /// Reads the table.
 pub(super) fn read_branch(
@@ -66,7 +69,9 @@ pub(super) fn read_branch(
     let DeValue::Table(table) = node.get_ref() else { return None };
     let to = read_width(to).map_err(|mistake| mistakes.push(mistake)).ok();
     let at_most = match table.get("at_most") {
-        Some(count) => read_count(count).map_err(|mistake| mistakes.push(mistake)).ok(),
+        Some(count) => read::count("branch.at_most", "cones", CONES, count)
+            .map_err(|mistake| mistakes.push(mistake))
+            .ok(),
         None => Some(AT_MOST),
     };
     let of_axes = groups.iter().flat_map(Group::axes).flat_map(|axis| &axis.choices);
@@ -88,7 +93,7 @@ pub(super) fn read_branch(
             mistakes.push(Mistake::new(node.span(), message, "leave one of the two out"));
         }
     }
-    Some(Adaptive::Branch { to: to?, at_most: at_most? })
+    Some(Adaptive::Branch { to: to?, at_most: at_most? as usize })
 }
 
 fn read_width(node: &Node<'_>) -> Result<f64, Mistake> {
@@ -99,20 +104,6 @@ fn read_width(node: &Node<'_>) -> Result<f64, Mistake> {
             let message = format!("`branch.to` cannot be {to}");
             Err(Mistake::new(node.span(), message, format!("must be from {least} to {most}")))
         }
-    }
-}
-
-fn read_count(node: &Node<'_>) -> Result<usize, Mistake> {
-    let DeValue::Integer(n) = node.get_ref() else {
-        return Err(read::mistyped("branch.at_most", node, "a whole number of cones, like 5000"));
-    };
-    match read::whole("branch.at_most", n, node.span())? as usize {
-        n if (1..=MOST_BRANCHED_CONES).contains(&n) => Ok(n),
-        n => Err(Mistake::new(
-            node.span(),
-            format!("`branch.at_most` cannot be {n}"),
-            format!("must be from 1 to {MOST_BRANCHED_CONES} cones"),
-        )),
     }
 }
 

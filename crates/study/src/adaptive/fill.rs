@@ -6,7 +6,7 @@ use super::axis::ascending_axis;
 use super::rule::{Adaptive, Filling};
 use super::table::{caused_column, fields};
 use crate::axis::Group;
-use crate::bounds::{ANY, inside, within};
+use crate::bounds::{ANY, Bounds, inside, within};
 use crate::columns::Column;
 use crate::error::Mistake;
 use crate::fallback::Fallback::{self, Follows, Needed};
@@ -40,8 +40,8 @@ pub(crate) const FILL: KeyTable = KeyTable {
         table_key(
             "at_most",
             TableValue::Count,
-            within(1.0, MOST as f64),
-            Fallback::Count(AT_MOST as u32),
+            POINTS,
+            Fallback::Count(AT_MOST),
             "40",
             "points that may be added at each combination of the other axes",
         ),
@@ -50,10 +50,10 @@ pub(crate) const FILL: KeyTable = KeyTable {
 
 /// The number of points that are added at each combination of the other axes if the study does not
 /// say.
-const AT_MOST: usize = 1000;
+const AT_MOST: u32 = 1000;
 
-/// The largest number of points that can be asked for.
-const MOST: usize = 10_000;
+/// The numbers of points that can be asked for.
+const POINTS: Bounds = within(1.0, 10_000.0);
 
 /// Reads the table.
 pub(super) fn read_fill(
@@ -68,7 +68,12 @@ pub(super) fn read_fill(
     let mut note = |mistake: Mistake| mistakes.push(mistake);
     let column = caused_column("fill.column", column, columns).map_err(&mut note).ok();
     let to = table.get("to").and_then(|to| read::proportion("fill.to", to).map_err(&mut note).ok());
-    let at_most = table.get("at_most").and_then(|count| read_count(count).map_err(&mut note).ok());
+    let at_most = table
+        .get("at_most")
+        .and_then(|count| {
+            read::count("fill.at_most", "points", POINTS, count).map_err(&mut note).ok()
+        })
+        .unwrap_or(AT_MOST) as usize;
     if !table.contains_key("to") && !table.contains_key("at_most") {
         mistakes.push(
             Mistake::new(node.span(), "`[fill]` has no end", "needs `to`, `at_most` or both").help(
@@ -78,7 +83,7 @@ pub(super) fn read_fill(
         );
     }
     let axes = read_axes(axis, groups, mistakes);
-    let filling = Filling { column: column?, axes: axes?, to, at_most: at_most.unwrap_or(AT_MOST) };
+    let filling = Filling { column: column?, axes: axes?, to, at_most };
     (mistakes.len() == before).then_some(Adaptive::Fill(filling))
 }
 
@@ -103,19 +108,4 @@ fn read_axes(node: &Node<'_>, groups: &[Group], mistakes: &mut Vec<Mistake>) -> 
         mistakes.push(Mistake::new(twice.span(), "`fill.axis` names an axis twice", EXPECTED));
     }
     Some(axes)
-}
-
-/// Reads the number of points that are added.
-fn read_count(node: &Node<'_>) -> Result<usize, Mistake> {
-    let DeValue::Integer(n) = node.get_ref() else {
-        return Err(read::mistyped("fill.at_most", node, "a whole number of points, like 40"));
-    };
-    match read::whole("fill.at_most", n, node.span())? as usize {
-        n if (1..=MOST).contains(&n) => Ok(n),
-        n => Err(Mistake::new(
-            node.span(),
-            format!("`fill.at_most` cannot be {n}"),
-            format!("must be from 1 to {MOST} points"),
-        )),
-    }
 }

@@ -1,25 +1,29 @@
 //! Reads the tables `[[figure]]` of a study file.
 
-use condition::{Condition, ConditionNames, UnknownColumn, ValueKind};
 use toml::Spanned;
-use toml::de::{DeArray, DeTable, DeValue};
+use toml::de::{DeTable, DeValue};
 
 use super::{Figure, FigureKind, telling};
 use crate::axis::Group;
-use crate::bounds::{ANY, within};
+use crate::bounds::{ANY, Bounds, within};
 use crate::column_name::column_name;
-use crate::columns::{Column, along_path, find, nearest_name};
-use crate::design::arrangement::Arrangement;
-use crate::error::{Mistake, Span, are_enough};
+use crate::columns::{Column, along_path};
+use crate::error::{Mistake, Span};
 use crate::fallback::Fallback::{self, Follows, Needed};
-use crate::quantity::one_of;
 use crate::read::{self, Node};
-use crate::suggestion::nearest;
 use crate::table_key::{COLUMN, CONDITION, KeyTable, NAME, TEXT, TableValue, table_key};
-use crate::value::ValueType;
+
+use form::{read_kind, refuse_foreign, refuse_plain};
+use named::{read_condition, read_series, read_y};
+
+mod form;
+mod named;
 
 /// The largest number of figures of one study.
 const MOST_FIGURES: usize = 100;
+
+/// The numbers of bins that a histogram may have.
+const BINS: Bounds = within(1.0, 1000.0);
 
 /// The table.
 pub(crate) const TABLE: KeyTable = KeyTable {
@@ -137,7 +141,7 @@ pub(crate) const TABLE: KeyTable = KeyTable {
         table_key(
             "bins",
             TableValue::Count,
-            within(1.0, MOST_BINS as f64),
+            BINS,
             Follows("by the rule of Freedman and Diaconis"),
             "20",
             "bins of a histogram",
@@ -248,9 +252,11 @@ fn read_figure(
         let place = table.get("kind").map_or(span.clone(), Spanned::span);
         refuse_plain(&place, groups, mistakes);
     }
-    let bins = table
-        .get("bins")
-        .and_then(|node| read_bins(node).map_err(|mistake| mistakes.push(mistake)).ok());
+    let bins = table.get("bins").and_then(|node| {
+        read::count("figure.bins", "bins", BINS, node)
+            .map_err(|mistake| mistakes.push(mistake))
+            .ok()
+    });
     let title = table.get("title").and_then(|node| {
         read::text("figure.title", node).map_err(|mistake| mistakes.push(mistake)).ok()
     });
@@ -336,197 +342,4 @@ fn read_figure(
         names,
         ..Figure::new(x, y)
     })
-}
-
-/// The names of columns in a condition.
-struct ColumnNames<'a>(&'a [Column]);
-
-impl ConditionNames for ColumnNames<'_> {
-    fn find(&self, name: &str) -> Result<usize, UnknownColumn> {
-        let found = find(self.0, name).map(|column| column.name.as_ref());
-        let place = self.0.iter().position(|column| Some(column.name.as_ref()) == found);
-        place.ok_or_else(|| UnknownColumn {
-            name: name.to_owned(),
-            close: nearest_name(self.0, name).map(str::to_owned).into_iter().collect(),
-            columns: self.0.iter().map(|column| column.name.to_string()).collect(),
-        })
-    }
-
-    fn kind(&self, index: usize) -> ValueKind {
-        match self.0.get(index).map(|column| (column.values(), column.name.as_ref())) {
-            // A mesh that is a pair is a text.
-            None | Some((_, "mesh")) => ValueKind::Unknown,
-            Some((ValueType::Number | ValueType::Integer, _)) => ValueKind::Number,
-            Some((ValueType::Flag, _)) => ValueKind::Truth,
-            Some((ValueType::Text, _)) => ValueKind::Text,
-        }
-    }
-}
-
-/// Reads the condition of the points that a figure shows.
-fn read_condition(node: &Node<'_>, columns: &[Column]) -> Result<String, Mistake> {
-    let text = read::condition("figure.where", node)?;
-    match Condition::new(&text, &ColumnNames(columns)) {
-        Ok(_) => Ok(text),
-        Err(error) => {
-            let words = error.to_string();
-            let (first, rest) = words.split_once('\n').unwrap_or((&words, ""));
-            let message = "`figure.where` is no condition on the study's columns";
-            Err(Mistake::new(node.span(), message, first).help(rest))
-        }
-    }
-}
-
-fn read_kind(node: &Node<'_>) -> Result<FigureKind, Mistake> {
-    let name = read::text("figure.kind", node)?;
-    let known = FigureKind::ALL.into_iter().find(|kind| kind.name() == name);
-    known.ok_or_else(|| {
-        let names = FigureKind::NAMES;
-        let message = format!("`figure.kind` cannot be `{name}`");
-        let listed = format!("must be {}", one_of(&names));
-        match nearest(&name, names) {
-            Some(meant) => {
-                let expected = format!("did you mean \"{meant}\"?");
-                Mistake::new(node.span(), message, expected).help(listed)
-            }
-            None => Mistake::new(node.span(), message, listed),
-        }
-    })
-}
-
-/// The largest number of bins of a histogram.
-const MOST_BINS: u32 = 1000;
-
-fn read_bins(node: &Node<'_>) -> Result<u32, Mistake> {
-    let DeValue::Integer(n) = node.get_ref() else {
-        return Err(read::mistyped("figure.bins", node, "a whole number"));
-    };
-    match read::whole("figure.bins", n, node.span())? {
-        bins if (1..=MOST_BINS).contains(&bins) => Ok(bins),
-        bins => {
-            let message = format!("`figure.bins` cannot be {bins}");
-            Err(Mistake::new(node.span(), message, format!("must be from 1 to {MOST_BINS}")))
-        }
-    }
-}
-
-/// The keys of figures of points.
-const OF_POINTS: &[&str] = &[
-    "x", "series", "panels", "steps", "where", "log_x", "log_y", "fit", "band", "front", "names",
-    "bins", "share",
-];
-
-/// Refuses a figure of sensitivity in a study that has none.
-fn refuse_plain(span: &Span, groups: &[Group], mistakes: &mut Vec<Mistake>) {
-    let is_arranged = |group: &Group| {
-        group.design().is_some_and(|design| design.arrangement() != Arrangement::Plain)
-    };
-    if !groups.iter().any(is_arranged) {
-        let message = "only a study of kind \"sensitivity\" has a figure of it";
-        let expected = format!("must be {}", one_of(&["curves", "scatter", "histogram"]));
-        mistakes.push(Mistake::new(span.clone(), message, expected));
-    }
-}
-
-/// Notes the keys that a figure of another kind has.
-fn refuse_foreign(kind: FigureKind, table: &DeTable<'_>, mistakes: &mut Vec<Mistake>) {
-    let (names, owner): (&[&str], &str) = match kind {
-        FigureKind::Histogram => {
-            (&["y", "band", "steps", "fit", "front", "names", "log_y"], "a histogram")
-        }
-        FigureKind::Scatter => (&["band", "steps", "bins", "share"], "a scatter"),
-        FigureKind::Sensitivity => (OF_POINTS, "a figure of sensitivity"),
-        FigureKind::Curves => (&["bins", "share"], "a figure of curves"),
-    };
-    for node in names.iter().filter_map(|name| Some((name, table.get(*name)?))) {
-        let (name, node) = node;
-        let mistake =
-            Mistake::new(node.span(), format!("{owner} has no `{name}`"), "leave this out");
-        mistakes.push(match *name {
-            "bins" | "share" => mistake.help("or say kind = \"histogram\""),
-            _ => mistake,
-        });
-    }
-}
-
-/// Reads the columns that tell curves apart.
-fn read_series(
-    nodes: &DeArray<'_>,
-    columns: &[Column],
-    mistakes: &mut Vec<Mistake>,
-) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for node in nodes.iter() {
-        if are_enough(mistakes) {
-            break;
-        }
-        match column_name("figure.series", node, columns, false) {
-            Ok(name) if names.contains(&name) => mistakes.push(Mistake::new(
-                node.span(),
-                format!("`figure.series`: `{name}` is listed twice"),
-                "once is enough",
-            )),
-            Ok(name) => names.push(name),
-            Err(mistake) => mistakes.push(mistake),
-        }
-    }
-    names
-}
-
-/// Reads a column or a list of columns of one unit; `None` if none of them can be used.
-fn read_y(
-    key: &str,
-    node: &Node<'_>,
-    columns: &[Column],
-    mistakes: &mut Vec<Mistake>,
-) -> Option<Vec<String>> {
-    let nodes: Vec<&Node<'_>> = match node.get_ref() {
-        DeValue::Array(names) => names.iter().collect(),
-        _ => vec![node],
-    };
-    if nodes.is_empty() {
-        mistakes.push(Mistake::new(
-            node.span(),
-            format!("`figure.{key}` is an empty list"),
-            "must be a column or a list of columns of numbers",
-        ));
-    }
-    let mut names: Vec<(String, Span)> = Vec::new();
-    for node in nodes {
-        if are_enough(mistakes) {
-            break;
-        }
-        let name = match column_name(&format!("figure.{key}"), node, columns, true) {
-            Ok(name) => name,
-            Err(mistake) => {
-                mistakes.push(mistake);
-                continue;
-            }
-        };
-        let unit = |name: &str| find(columns, name).map_or("", Column::unit);
-        let in_words = |unit: &str| {
-            if unit.is_empty() { "a pure number".to_owned() } else { format!("in {unit}") }
-        };
-        if let Some((first, place)) = names.first() {
-            let (wanted, found) = (unit(first), unit(&name));
-            if names.iter().any(|(other, _)| *other == name) {
-                mistakes.push(Mistake::new(
-                    node.span(),
-                    format!("`figure.{key}`: `{name}` is listed twice"),
-                    "once is enough",
-                ));
-            } else if wanted != found {
-                let message =
-                    format!("`figure.{key}`: `{first}` and `{name}` cannot share an axis");
-                let mistake = Mistake::new(node.span(), message, format!("is {}", in_words(found)));
-                mistakes.push(
-                    mistake
-                        .context(place.clone(), format!("is {}", in_words(wanted)))
-                        .help("give each unit a [[figure]] of its own"),
-                );
-            }
-        }
-        names.push((name, node.span()));
-    }
-    (!names.is_empty()).then(|| names.into_iter().map(|(name, _)| name).collect())
 }

@@ -6,7 +6,6 @@ use contact::model::SceneError;
 
 use crate::assemble::Assembler;
 use crate::axis::Group;
-use crate::bounds::Bounds;
 use crate::column_name::column_name;
 use crate::columns::column::Column;
 use crate::design::arrangement::Arrangement;
@@ -119,7 +118,7 @@ impl TableSpec {
                     TableValue::Word(words) => {
                         read_word(&path, words, node).map(|word| read.words.push((name, word)))
                     }
-                    TableValue::Count => read_count(&path, *bounds, node)
+                    TableValue::Count => read::count(&path, "", *bounds, node)
                         .map(|count| read.counts.push((name, count))),
                     // Columns are read when those of the study are known.
                     _ => Ok(()),
@@ -184,17 +183,4 @@ fn read_word(
         let message = format!("`{path}` cannot be `{word}`");
         Mistake::new(node.span(), message, format!("must be {}", one_of(words)))
     })
-}
-
-fn read_count(path: &str, bounds: Bounds, node: &Node<'_>) -> Result<u32, Mistake> {
-    let DeValue::Integer(n) = node.get_ref() else {
-        return Err(read::mistyped(path, node, "a whole number"));
-    };
-    match read::whole(path, n, node.span())? {
-        n if bounds.hold(f64::from(n)) => Ok(n),
-        n => {
-            let message = format!("`{path}` cannot be {n}");
-            Err(Mistake::new(node.span(), message, format!("must be {}", bounds.words(""))))
-        }
-    }
 }

@@ -151,7 +151,21 @@ impl Study {
     /// Returns every point of the axes, or of this part of them, in order. Points whose jobs
     /// coincide are all there.
     pub fn points(&self) -> Vec<StudyPoint> {
-        let indices: Vec<usize> = self.indices().collect();
+        self.points_of(self.indices().collect())
+    }
+
+    /// Iterates over the points that [`points`](Study::points) returns, in blocks of at most so
+    /// many, and of one at least. Only one block is in memory at a time.
+    pub fn point_blocks(&self, at_once: usize) -> impl Iterator<Item = Vec<StudyPoint>> + '_ {
+        let mut indices = self.indices();
+        std::iter::from_fn(move || {
+            let block: Vec<usize> = indices.by_ref().take(at_once.max(1)).collect();
+            (!block.is_empty()).then(|| self.points_of(block))
+        })
+    }
+
+    /// Makes the points with some indices.
+    fn points_of(&self, indices: Vec<usize>) -> Vec<StudyPoint> {
         indices.into_par_iter().filter_map(|index| self.point(index)).collect()
     }
 

@@ -433,6 +433,25 @@ fn a_stored_definition_leaves_out_the_same_points() {
     assert_eq!(stored.excluded(), 2);
 }
 
+#[test]
+fn blocks_of_points_are_all_points_in_their_order() {
+    let (all, left) = (with(""), with("[[exclude]]\nwhen = \"mu == 0.2\"\n"));
+    let none = all.restricted(Vec::new()).unwrap();
+    for (study, at_once, lengths) in [
+        (&all, 0, &[1; 6][..]),
+        (&all, 1, &[1; 6]),
+        (&all, 4, &[4, 2]),
+        (&all, 6, &[6]),
+        (&left, 3, &[3, 1]),
+        (&left, 9, &[4]),
+        (&none, 9, &[]),
+    ] {
+        let blocks: Vec<_> = study.point_blocks(at_once).collect();
+        assert_eq!(blocks.iter().map(Vec::len).collect::<Vec<_>>(), lengths, "{at_once} at once");
+        assert_eq!(blocks.concat(), study.points(), "{at_once} at once");
+    }
+}
+
 /// A study of 10⁹ points is decided where a part of it is taken.
 #[test]
 fn parts_of_a_large_study_leave_out_their_own_points() {
