@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use answers::{check, choice, forecast};
 use anyhow::{Context, Result, anyhow};
+use contact::Forecast;
 use contact::model::SceneError;
 use contact::problem::Problem;
 use identity::JobKey;
@@ -53,16 +54,21 @@ struct JobToDo {
     job: u32,
     /// The predicted memory \[KiB\].
     memory: u32,
-    operator: u64,
+    /// The number of its operator.
+    operator: u32,
     /// The predicted time \[s\].
     seconds: f32,
-    /// The part of that time in which an operator is made that other jobs may share \[s\].
-    assembly: f32,
 }
 
 /// The jobs that were examined, in their order.
 #[derive(Default)]
-pub(crate) struct ExaminedJobs(Vec<JobToDo>);
+pub(crate) struct ExaminedJobs {
+    list: Vec<JobToDo>,
+    /// The part of the time of each job in which an operator is made that others may share \[s\].
+    assemblies: Vec<f32>,
+    /// The number of each operator.
+    operators: HashMap<u64, u32>,
+}
 
 /// The jobs that are left to run.
 pub(crate) struct JobsLeft<'j> {
@@ -165,7 +171,7 @@ impl<'s> RunJobs<'s> {
     /// laid out or bound to its grid, before anything runs. This takes less than a tenth of what
     /// solving them does, and assembles no operator.
     pub(crate) fn examine(&self, is_done: impl Fn(&JobKey) -> bool + Sync) -> Result<ExaminedJobs> {
-        let mut examined = Vec::new();
+        let mut examined = ExaminedJobs::default();
         for block in self.blocks() {
             let start = block.start;
             let keys = self.keys_of(block)?;
@@ -173,16 +179,16 @@ impl<'s> RunJobs<'s> {
                 true => Ok(None),
                 false => self.examined(start + offset, true).map(Some),
             });
-            let found: Vec<Result<Option<JobToDo>>> = found.collect();
-            for job in found {
-                examined.extend(job?);
+            let found: Vec<Result<Option<Forecast>>> = found.collect();
+            for (job, forecast) in (start..).zip(found) {
+                forecast?.iter().for_each(|forecast| examined.push(job, forecast));
             }
         }
-        Ok(ExaminedJobs(examined))
+        Ok(examined)
     }
 
     /// Forecasts a job and, if it is to be bound, tries that.
-    fn examined(&self, number: usize, is_bound: bool) -> Result<JobToDo> {
+    fn examined(&self, number: usize, is_bound: bool) -> Result<Forecast> {
         let job = self.job(number).context(NO_JOB)?;
         let surfaces = self.study.surfaces();
         let refused = |error: SceneError| self.refused(number, &error);
@@ -190,14 +196,7 @@ impl<'s> RunJobs<'s> {
         if let Some(case) = job.case().filter(|_| is_bound) {
             Problem::new(&case.scene, &case.numerics, surfaces).map_err(refused)?;
         }
-        let contact::Forecast { operator, seconds, assembly, memory, .. } = forecast;
-        Ok(JobToDo {
-            job: number as u32,
-            memory: u32::try_from(memory.div_ceil(KIB)).unwrap_or(u32::MAX),
-            operator,
-            seconds: seconds as f32,
-            assembly: assembly as f32,
-        })
+        Ok(forecast)
     }
 
     /// Returns the jobs that are left, without those in `computed`. Those that were not examined
@@ -209,7 +208,9 @@ impl<'s> RunJobs<'s> {
         retry_failed: bool,
         computed: &HashSet<JobKey>,
     ) -> Result<JobsLeft<'_>> {
-        let mut left = JobsLeft { jobs: self, list: Vec::new(), damaged: 0 };
+        let mut damaged = 0;
+        let mut to_do =
+            ExaminedJobs { operators: examined.operators.clone(), ..Default::default() };
         for block in self.blocks() {
             let start = block.start;
             let keys = self.keys_of(block)?;
@@ -220,22 +221,29 @@ impl<'s> RunJobs<'s> {
                 if computed.contains(key) || is_cached() {
                     return Ok(None);
                 }
-                let job = match examined.get(start + offset) {
-                    Some(job) => *job,
-                    None => self.examined(start + offset, false)?,
+                let forecast = match examined.place(start + offset) {
+                    Some(place) => JobForecast::Known(place),
+                    None => JobForecast::New(self.examined(start + offset, false)?),
                 };
-                Ok(Some((job, state == RecordState::Damaged)))
+                Ok(Some((forecast, state == RecordState::Damaged)))
             });
             let found: Vec<Result<Option<_>>> = found.collect();
-            for job in found {
-                if let Some((job, is_damaged)) = job? {
-                    left.damaged += usize::from(is_damaged);
-                    left.list.push(job);
+            for (job, forecast) in (start..).zip(found) {
+                let Some((forecast, is_damaged)) = forecast? else { continue };
+                damaged += usize::from(is_damaged);
+                match forecast {
+                    JobForecast::Known(place) => {
+                        to_do.list.push(examined.list[place]);
+                        to_do.assemblies.push(examined.assemblies[place]);
+                    }
+                    JobForecast::New(forecast) => to_do.push(job, &forecast),
                 }
             }
         }
         drop(examined);
-        left.share_operators();
+        let ExaminedJobs { list, assemblies, .. } = to_do;
+        let mut left = JobsLeft { jobs: self, list, damaged };
+        left.share_operators(&assemblies);
         Ok(left)
     }
 
@@ -300,11 +308,30 @@ impl JobCollector {
     }
 }
 
+/// The forecast of a job that is to be done.
+enum JobForecast {
+    /// The job was examined, at this place.
+    Known(usize),
+    New(Forecast),
+}
+
 impl ExaminedJobs {
-    /// Returns a job if it was examined.
-    fn get(&self, job: usize) -> Option<&JobToDo> {
-        let place = self.0.binary_search_by_key(&job, |examined| examined.job as usize).ok()?;
-        self.0.get(place)
+    /// Adds the next job.
+    fn push(&mut self, job: usize, forecast: &Forecast) {
+        let Forecast { operator, seconds, assembly, memory, .. } = *forecast;
+        let next = self.operators.len() as u32;
+        self.list.push(JobToDo {
+            job: job as u32,
+            memory: u32::try_from(memory.div_ceil(KIB)).unwrap_or(u32::MAX),
+            operator: *self.operators.entry(operator).or_insert(next),
+            seconds: seconds as f32,
+        });
+        self.assemblies.push(assembly as f32);
+    }
+
+    /// Returns the place of a job if it was examined.
+    fn place(&self, job: usize) -> Option<usize> {
+        self.list.binary_search_by_key(&job, |examined| examined.job as usize).ok()
     }
 }
 
@@ -350,8 +377,9 @@ impl JobsLeft<'_> {
     }
 
     /// Leaves the time that an operator takes with the first of the jobs that share it.
-    fn share_operators(&mut self) {
-        let mut first: HashMap<u64, usize> = HashMap::new();
+    /// `assemblies` has that time for each of the jobs \[s\].
+    fn share_operators(&mut self, assemblies: &[f32]) {
+        let mut first: HashMap<u32, usize> = HashMap::new();
         // Within a group, jobs of a low rank go first, and of these the long ones.
         let turn =
             |job: &JobToDo| (self.jobs.rank(job.job as usize), Reverse(job.seconds.to_bits()));
@@ -361,9 +389,9 @@ impl JobsLeft<'_> {
                 *first = index;
             }
         }
-        for (index, job) in self.list.iter_mut().enumerate() {
+        for (index, (job, assembly)) in self.list.iter_mut().zip(assemblies).enumerate() {
             if first.get(&job.operator) != Some(&index) {
-                job.seconds -= job.assembly;
+                job.seconds -= assembly;
             }
         }
     }
@@ -379,7 +407,7 @@ impl Jobs for JobsLeft<'_> {
     }
 
     fn group(&self, job: usize) -> u64 {
-        self.list[job].operator
+        self.list[job].operator.into()
     }
 
     fn rank(&self, job: usize) -> u32 {

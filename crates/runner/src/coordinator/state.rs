@@ -311,7 +311,8 @@ impl<J: Jobs> Coordinator<J> {
     }
 }
 
-/// Returns a predicted time that can be added up and ordered: a positive and finite one.
+/// Returns a predicted time that can be added up and ordered: a positive and finite one, for which
+/// four bytes are enough.
 fn sane(cost: f64) -> f64 {
-    if cost.is_finite() { cost.max(1e-6) } else { 1.0 }
+    if cost.is_finite() { cost.clamp(1e-6, 1e12) } else { 1.0 }
 }
