@@ -125,6 +125,7 @@ pub(crate) fn execute(
     }
     let ending = RunEnd { tally: outcome?, continuation, shard };
     let source = StoreSource::Store(&written);
+    runner::return_freed();
     let results = Results::in_blocks(study, &source)?;
     let facts = gathered(&results, &shown, ending.tally.jobs, shard.is_some())?;
     let finish = summarise(&facts, &shown, args.json, ending)?;
@@ -330,6 +331,8 @@ fn run_round(
         options.begins_one = is_first;
     }
     let texts = |job: usize| left.text(job);
+    // The survey of many jobs leaves much that was freed in pieces.
+    runner::return_freed();
     let outcome = runner::run(
         &left,
         &mut StoreLedger::new(store.store, &texts, exporter, account, failures),

@@ -51,7 +51,7 @@ pub use ipc::{WorkerArguments, WorkerError, work};
 pub use ledger::{Done, Ledger, Verdict};
 pub use limits::{
     LimitError, Room, enough_stack, free_files, keep_little, memory_within_limits, prepare_process,
-    room, shared_memory_for, thread_limit,
+    return_freed, room, shared_memory_for, thread_limit,
 };
 pub use memory::{available_memory, memory_of_group};
 pub use options::Options;

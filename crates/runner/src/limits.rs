@@ -144,6 +144,16 @@ pub fn keep_little() {
     }
 }
 
+/// Returns to the system what the process has freed, by whole pages.
+#[allow(unsafe_code)]
+pub fn return_freed() {
+    #[cfg(target_env = "gnu")]
+    // SAFETY: malloc_trim may be called at any time.
+    unsafe {
+        nix::libc::malloc_trim(0);
+    }
+}
+
 #[cfg(target_env = "gnu")]
 #[allow(unsafe_code)]
 fn set_allocator(parameter: i32, value: i32) {
