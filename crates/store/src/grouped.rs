@@ -22,16 +22,12 @@ impl<'d> GroupWriter<'d> {
         GroupWriter { database, group: Vec::new(), bytes: 0, records: 0 }
     }
 
-    /// Adds a record, and returns true if that completed a group, which was written.
-    pub(crate) fn push(&mut self, key: JobKey, sealed: Vec<u8>) -> Result<bool, Fault> {
+    /// Adds a record, and writes its group if that is full.
+    pub(crate) fn push(&mut self, key: JobKey, sealed: Vec<u8>) -> Result<(), Fault> {
         self.bytes += sealed.len();
         self.records += 1;
         self.group.push((key, sealed));
-        let is_full = self.bytes >= GROUP_BYTES;
-        if is_full {
-            self.write()?;
-        }
-        Ok(is_full)
+        if self.bytes >= GROUP_BYTES { self.write() } else { Ok(()) }
     }
 
     fn write(&mut self) -> Result<(), Fault> {

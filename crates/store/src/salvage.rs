@@ -70,6 +70,27 @@ pub(crate) fn salvage(
     WriteError::require_space(directory, 0)?;
     let blobs = Blobs::of(directory);
     let damaged_blobs = put_damaged_aside(&blobs)?;
+    // Something else than a directory is in its place, and holds no records.
+    let damaged_records = match records.is_dir() {
+        true => reopened(&records).map_err(io("read", &records))?,
+        false => None,
+    };
+    let mut is_whole = |key: &JobKey, payload: &[u8]| {
+        references(key, payload).iter().all(|digest| blobs.contains(digest))
+    };
+    let refused = |source| io("read", &records)(source);
+    let (mut bytes, mut incomplete) = (0, 0);
+    if let Some(damaged_records) = &damaged_records {
+        let measure = |key: JobKey, sealed: &[u8], payload: &[u8]| {
+            match is_whole(&key, payload) {
+                true => bytes += sealed.len() as u64,
+                false => incomplete += 1,
+            }
+            Ok(())
+        };
+        visit_sound(damaged_records, measure, refused)?;
+    }
+    WriteError::require_space(directory, bytes)?;
     let failed = |fault| match fault {
         Fault::Io(source) => io("write the database", &salvaged)(source),
         Fault::Damaged(what) => OpenError::Damaged { directory: directory.to_owned(), what },
@@ -77,22 +98,14 @@ pub(crate) fn salvage(
     durable::create_directory(&salvaged).map_err(io("create", &salvaged))?;
     let database = Database::open(&salvaged).map_err(failed)?;
     let mut writer = GroupWriter::new(&database);
-    let mut incomplete = 0;
-    // Something else than a directory is in its place, and holds no records.
-    let damaged_records = match records.is_dir() {
-        true => reopened(&records).map_err(io("read", &records))?,
-        false => None,
-    };
     if let Some(damaged_records) = damaged_records {
         let keep = |key: JobKey, sealed: &[u8], payload: &[u8]| {
-            if !references(&key, payload).iter().all(|digest| blobs.contains(digest)) {
-                incomplete += 1;
-            } else if writer.push(key, sealed.to_vec()).map_err(failed)? {
-                WriteError::require_space(directory, 0)?;
+            if is_whole(&key, payload) {
+                writer.push(key, sealed.to_vec()).map_err(failed)?;
             }
             Ok(())
         };
-        visit_sound(&damaged_records, keep, |source| io("read", &records)(source))?;
+        visit_sound(&damaged_records, keep, refused)?;
     }
     let found = writer.finish().map_err(failed)?;
     drop(database);
